@@ -1,0 +1,1 @@
+"""Readers: (nothing) -> Samples, with what is known of the data's accuracy."""

@@ -1,0 +1,1 @@
+"""Renderers: Geometry or Samples -> Layer (what to show, and how); `view` -> Scene."""
