@@ -1,0 +1,35 @@
+"""Kernels: arrays in, arrays out; numpy and numba, no house types, no knowledge of modules.
+
+A kernel file is loaded at its first use, so that importing a room that uses kernels does not import numba::
+
+    from modules import kernels
+    lines = kernels.contour.lines(values, x, y, level, shoulder=True)
+"""
+
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from modules.kernels import arcs as arcs
+    from modules.kernels import bilinear as bilinear
+    from modules.kernels import contour as contour
+    from modules.kernels import operators as operators
+
+
+def __getattr__(name: str) -> ModuleType:
+    """The kernel file `name`, loaded now if it was not yet.
+
+    Raises
+    ------
+    AttributeError
+        If there is no kernel file of that name.
+    """
+    full = f"{__name__}.{name}"
+    if not name.startswith("_"):
+        try:
+            return import_module(full)
+        except ModuleNotFoundError as error:
+            if error.name != full:
+                raise
+    raise AttributeError(f"there is no kernel file {name!r} in {__name__}")

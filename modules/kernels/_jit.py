@@ -1,0 +1,145 @@
+"""The one door to numba: how kernels are compiled, and where the compiled code is kept.
+
+Kernels are compiled at first call, never at import, and cached in a folder named by a digest of *all* kernel sources:
+numba itself does not notice that a function called from another file has changed. Importing this file does not
+import numba; decorating a function does.
+"""
+
+import functools
+import hashlib
+import os
+import platform
+import shutil
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, TypeVar
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+KEEP_DAYS = 30
+_MARKER = "warm"
+_decorating = threading.Lock()
+
+
+def jit(function: Function) -> Function:
+    """Compile `function` at its first call, without the interpreter lock, and keep the machine code for other runs.
+
+    Never `parallel=True`: slabs of work are shared out by the caller, who can also stop them.
+    """
+    import numba
+
+    folder = cache_folder()
+    if folder is None:
+        compiled: Function = numba.njit(nogil=True)(function)
+        return compiled
+    with _decorating:  # numba reads the folder while it decorates; other users of numba keep their own
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(folder)
+        try:
+            compiled = numba.njit(nogil=True, cache=True)(function)
+        finally:
+            numba.config.CACHE_DIR = before
+    return compiled
+
+
+@functools.cache
+def cache_folder() -> Path | None:
+    """The folder of the compiled kernels, made if need be; None if no folder can be written.
+
+    `NONIUS_CACHE` names another parent than the user's cache folder.
+    """
+    name = f"kernels-{_digest()}"
+    for parent in (_user_cache(), Path(tempfile.gettempdir()) / f"nonius-{_user()}"):
+        folder = parent / name
+        try:
+            parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            folder.mkdir(exist_ok=True, mode=0o700)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+            os.utime(folder)
+            if not (_is_ours(parent) and _is_ours(folder)):
+                continue
+        except OSError:
+            continue
+        _forget_old(parent, keep=folder)
+        return folder
+    return None
+
+
+def is_warm() -> bool:
+    """Whether all kernels of these sources have been compiled and kept, so that none waits for the compiler."""
+    folder = cache_folder()
+    return folder is not None and (folder / _MARKER).exists()
+
+
+def warm(progress: Callable[[float, str], None] = lambda fraction, name: None) -> None:
+    """Compile every kernel by calling it on tiny data.
+
+    Each kernel file that compiles something has a function `warm()` which does so for that file.
+
+    Parameters
+    ----------
+    progress
+        Called with the fraction done and the name of the file that comes next; what it raises ends the work.
+    """
+    names = sorted(path.stem for path in _sources() if not path.stem.startswith("_"))
+    for done, name in enumerate(names):
+        progress(done / len(names), name)
+        warm_file = getattr(import_module(f"{__package__}.{name}"), "warm", None)
+        if warm_file is not None:
+            warm_file()
+    progress(1.0, "")
+    folder = cache_folder()
+    if folder is not None:
+        (folder / _MARKER).touch()
+
+
+def _sources() -> list[Path]:
+    return sorted(Path(__file__).parent.glob("*.py"))
+
+
+@functools.cache
+def _digest() -> str:
+    """One name for all that the machine code depends on: the sources, numba, the interpreter and the processor's kind."""
+    digest = hashlib.blake2b(digest_size=10)
+    for path in _sources():
+        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    digest.update(f"{version('numba')} {version('llvmlite')} {sys.version} {platform.machine()}".encode())
+    return digest.hexdigest()
+
+
+def _user_cache() -> Path:
+    if chosen := os.environ.get("NONIUS_CACHE"):
+        return Path(chosen)
+    if sys.platform == "win32":
+        home = os.environ.get("LOCALAPPDATA") or os.path.expanduser("~")
+        return Path(home) / "nonius" / "cache"
+    if sys.platform == "darwin":
+        return Path(os.path.expanduser("~/Library/Caches/nonius"))
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "nonius"
+
+
+def _is_ours(folder: Path) -> bool:
+    """Whether the folder belongs to this user: what lies in it will be run."""
+    return not hasattr(os, "getuid") or folder.stat().st_uid == os.getuid()
+
+
+def _user() -> str:
+    return str(os.getuid()) if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
+
+
+def _forget_old(parent: Path, keep: Path) -> None:
+    """Remove the folders of earlier sources that nobody has used for `KEEP_DAYS` days; a failure is of no interest."""
+    oldest = time.time() - KEEP_DAYS * 86400
+    try:
+        old = [path for path in parent.glob("kernels-*") if path != keep and path.stat().st_mtime < oldest]
+    except OSError:
+        return
+    for path in old:
+        shutil.rmtree(path, ignore_errors=True)
