@@ -150,7 +150,7 @@ def _sweep_all(
     while row < ny - 1:
         check(0.8 * row / (ny - 1))
         row = sweep(
-            values, x, y, level, row, min(row + rows, ny - 1), side, top, code, code.view(np.uint64), crossings, saddles, tally
+            values, x, y, level, row, min(row + rows, ny - 1), side, top, code, code.view(np.int64), crossings, saddles, tally
         )
         crossings = _with_room(crossings, int(tally[0]), 3 * nx)
         saddles = _with_room(saddles, int(tally[1]), nx)
@@ -218,7 +218,7 @@ def sweep(
     side: Bytes,
     top: Integers,
     code: Bytes,
-    words: npt.NDArray[np.uint64],
+    words: Integers,
     crossings: Records,
     saddles: Records,
     tally: Integers,
