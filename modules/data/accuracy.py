@@ -1,0 +1,533 @@
+"""What is known about the accuracy of the data on a wire.
+
+An `Accuracy` is a budget: terms (who made an error, of which kind, how large), what is missing (known to exist, not
+given), flags (where a rule does not hold) and what has ended (and why). A term keeps the operator that brings its
+primitive errors here, so the same source met twice is known as one.
+"""
+
+from __future__ import annotations
+
+import math
+import secrets
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from types import MappingProxyType
+from typing import Any, Literal, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from modules.data.fold import Check, Kind, fold
+from modules.data.operators import Floats, Identity, Ints, Operator, Sum
+
+Stage = Literal["data", "model", "mapping", "render"]
+Rigour = Literal["exact", "proven", "estimated", "sampled", "unknown"]
+Place = Literal["point", "cell", "segment", "own"]
+
+SIGNS: Mapping[str, str] = MappingProxyType(
+    {"exact": "=", "proven": "≤", "estimated": "~", "sampled": "n=", "unknown": "?"}
+)
+"""The five words and their signs, from the strongest claim to none."""
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Source:
+    """Who made an error.
+
+    Parameters
+    ----------
+    name : what the user reads, "Quantisation, half a metre"
+    stage : data, model, mapping or render
+    rigour : exact, proven, estimated, sampled
+    rule : one sentence with its reference and, in brackets, the rule's id and number
+    """
+
+    name: str
+    stage: Stage
+    rigour: Rigour
+    rule: str = ""
+
+    @property
+    def sign(self) -> str:
+        """The sign of its rigour."""
+        return SIGNS[self.rigour]
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """One source's contribution on this wire.
+
+    Parameters
+    ----------
+    source : who made it
+    kind : linear (standard deviations of independent primitives), bound (|e| <= b), signed (an estimate of the error
+        itself), members (k realisations), metric (a measure of its own, such as an area)
+    quantity, unit : what the error is of: value, position, area, velocity; and in which unit
+    value : (n_in,) primitive values; 0-d when all are the same; (k, n_in) for members
+    operator : n_in primitives -> items x components, components fastest
+    place : point, cell, segment (two consecutive points of a polyline) or own points
+    components : 1 for a scalar, 3 for a vector
+    id : identity of the source's errors; two terms of one id are the same errors
+    points : (n, 3) positions, for place "own"
+    """
+
+    source: Source
+    kind: Kind
+    quantity: str
+    unit: str
+    value: Floats
+    operator: Operator
+    place: Place = "point"
+    components: int = 1
+    id: str = field(default_factory=lambda: f"script:{secrets.token_hex(8)}")
+    points: Floats | None = None
+
+    def __post_init__(self) -> None:
+        value = np.asarray(self.value, dtype=float)
+        object.__setattr__(self, "value", value)
+        if np.isnan(value).any():
+            raise ValueError(f"term {self.source.name!r} has NaN values: state what is not known as missing")
+        if self.kind in ("linear", "bound") and (value < 0).any():
+            raise ValueError(f"term {self.source.name!r}: a {self.kind} size is never negative")
+        if self.kind == "members" and value.ndim != 2:
+            raise ValueError(f"term {self.source.name!r}: members are (k, n) values")
+        n_in = self.operator.shape[1]
+        if value.ndim and value.shape[-1] != n_in:
+            raise ValueError(f"term {self.source.name!r} has {value.shape[-1]} primitives; its operator takes {n_in}")
+        if self.operator.shape[0] % self.components:
+            raise ValueError(f"term {self.source.name!r}: {self.operator.shape[0]} rows are no multiple of {self.components}")
+
+    @property
+    def name(self) -> str:
+        """The source's name."""
+        return self.source.name
+
+    @property
+    def count(self) -> int:
+        """Number of items it speaks of."""
+        return self.operator.shape[0] // self.components
+
+    def error(self, items: Ints | None = None, check: Check | None = None) -> Floats:
+        """Its size: a standard deviation, bound, signed value, spread or measure.
+
+        Parameters
+        ----------
+        items : wanted items; all by default
+
+        Returns
+        -------
+        (n,) float, or (n, components)
+        """
+        rows = items
+        if self.components > 1 and items is not None:
+            rows = (np.asarray(items)[:, None] * self.components + np.arange(self.components)).ravel()
+        size = fold(self.kind, self.value, self.operator, rows, check)
+        return size.reshape(-1, self.components) if self.components > 1 else size
+
+    def size(self, items: Ints | None = None, check: Check | None = None) -> Floats:
+        """`error` without its sign; the length of a vector."""
+        error = self.error(items, check)
+        return np.abs(error) if error.ndim == 1 else np.asarray(np.sqrt((error**2).sum(axis=1)))
+
+    def push(
+        self,
+        operator: Operator,
+        *,
+        quantity: str | None = None,
+        unit: str | None = None,
+        place: Place | None = None,
+        components: int | None = None,
+    ) -> Term:
+        """The same errors after one more linear step; costs nothing until someone looks."""
+        return replace(
+            self,
+            operator=operator.after(self.operator),
+            quantity=self.quantity if quantity is None else quantity,
+            unit=self.unit if unit is None else unit,
+            place=self.place if place is None else place,
+            components=self.components if components is None else components,
+        )
+
+
+@dataclass(frozen=True)
+class Missing:
+    """A source that is known to exist and whose size nobody gave."""
+
+    name: str
+    reason: str = "not given"
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A term that stops here, and why."""
+
+    name: str
+    why: str
+
+
+@dataclass(frozen=True, eq=False)
+class Flag:
+    """Where a rule does not hold, or a decision is at risk.
+
+    Parameters
+    ----------
+    name : kappa, topology at risk, not resolvable, unproven ...
+    words : one sentence
+    place : what the items are
+    items : (m,) int indices of the carrier's items; None for the whole
+    values : (m,) float, if each has a number
+    """
+
+    name: str
+    words: str
+    place: Place = "point"
+    items: Ints | None = None
+    values: Floats | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of places; 1 for the whole."""
+        return 1 if self.items is None else len(self.items)
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """What an accuracy belongs to: the type, and how many points, cells and segments it has."""
+
+    kind: str
+    counts: Mapping[str, int]
+    key: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """One line of a budget, evaluated: numbers over all items or over those that were looked at."""
+
+    name: str
+    stage: str
+    rigour: Rigour
+    quantity: str
+    unit: str
+    place: Place
+    kind: Kind
+    rule: str
+    id: str
+    count: int
+    looked: int
+    max: float
+    mean: float
+    median: float
+    p95: float
+    sum: float
+
+    @property
+    def sign(self) -> str:
+        """The sign of its rigour."""
+        return SIGNS[self.rigour]
+
+
+@dataclass(frozen=True, eq=False)
+class Accuracy:
+    """The budget of a wire.
+
+    Parameters
+    ----------
+    terms : contributions, each of its own source
+    missing : sources known to exist and not given; any makes the whole "not known"
+    flags : where a rule does not hold
+    ended : id -> what stopped here or upstream, and why
+    of : the carrier, set by the wire value that carries it
+    """
+
+    terms: tuple[Term, ...] = ()
+    missing: tuple[Missing, ...] = ()
+    flags: tuple[Flag, ...] = ()
+    ended: Mapping[str, Ended] = field(default_factory=dict)
+    of: Carrier | None = None
+
+    def __post_init__(self) -> None:
+        seen: set[tuple[str, str, str]] = set()
+        for term in self.terms:
+            what = (term.id, term.quantity, term.place)
+            if what in seen:
+                raise ValueError(f"the source {term.name!r} occurs twice for {term.quantity}: merge with Accuracy.join")
+            seen.add(what)
+
+    def add(self, *terms: Term) -> Accuracy:
+        """With further terms."""
+        return replace(self, terms=(*self.terms, *terms))
+
+    def miss(self, *missing: Missing) -> Accuracy:
+        """With further sources that nobody gave; each is listed once."""
+        return replace(self, missing=_unique((*self.missing, *missing)))
+
+    def flag(self, *flags: Flag) -> Accuracy:
+        """With further flags."""
+        return replace(self, flags=(*self.flags, *flags))
+
+    def push(
+        self,
+        operator: Operator,
+        *,
+        quantity: str | None = None,
+        unit: str | None = None,
+        place: Place | None = None,
+        components: int | None = None,
+    ) -> Accuracy:
+        """All terms after one more linear step. Flags of the items before do not go on; `missing` and `ended` do."""
+        terms = tuple(
+            t.push(operator, quantity=quantity, unit=unit, place=place, components=components) for t in self.terms
+        )
+        return Accuracy(terms, self.missing, (), self.ended)
+
+    def end(self, which: Term | str | None, why: str) -> Accuracy:
+        """Without the term (its id, or all for None): its story stops here, for this reason."""
+        wanted = which.id if isinstance(which, Term) else which
+        stopped = {t.id: Ended(t.name, why) for t in self.terms if wanted is None or t.id == wanted}
+        if wanted is not None and not stopped:
+            raise ValueError(f"there is no term {wanted!r} to end; terms are {', '.join(t.name for t in self.terms)}")
+        return replace(self, terms=tuple(t for t in self.terms if t.id not in stopped), ended={**self.ended, **stopped})
+
+    def end_from(self, other: Accuracy, why: str) -> Accuracy:
+        """Account for all that another accuracy holds and this output does not use."""
+        mine = {t.id for t in self.terms}
+        stopped = {t.id: Ended(t.name, why) for t in other.terms if t.id not in mine}
+        return replace(self, ended={**other.ended, **self.ended, **stopped}, missing=self.missing)
+
+    def accounted(self) -> frozenset[str]:
+        """Ids of the terms and of what has ended."""
+        return frozenset(t.id for t in self.terms) | frozenset(self.ended)
+
+    def renamed(self, names: Mapping[str, str]) -> Accuracy:
+        """With other ids for the terms named."""
+        terms = tuple(replace(t, id=names[t.id]) if t.id in names else t for t in self.terms)
+        ended = {names.get(i, i): why for i, why in self.ended.items()}
+        return replace(self, terms=terms, ended=ended)
+
+    def carried(self, kind: str, counts: Mapping[str, int]) -> Accuracy:
+        """Bound to its carrier; ValueError if a term speaks of another number of items."""
+        for term in self.terms:
+            if term.place != "own" and term.count != counts.get(term.place, -1):
+                raise ValueError(
+                    f"term {term.name!r} speaks of {term.count} {term.place}s; this {kind} has "
+                    f"{counts.get(term.place, 'no such')}"
+                )
+        key = self.of.key if self.of and self.of.kind == kind and self.of.counts == counts else ""
+        return replace(self, of=Carrier(kind, dict(counts), key))
+
+    def select(self, quantity: str | None = None, place: Place | None = None) -> tuple[Term, ...]:
+        """The terms of a quantity and place."""
+        return tuple(
+            t for t in self.terms if quantity in (None, t.quantity) and place in (None, t.place)
+        )
+
+    def rigour(self, quantity: str | None = None) -> Rigour:
+        """The weakest word; "unknown" if anything is missing, "exact" if there is no error at all."""
+        return "unknown" if self.missing else self.word(quantity)
+
+    def word(self, quantity: str | None = None) -> Rigour:
+        """The weakest word among the terms that are known."""
+        words = list(SIGNS)
+        return max((t.source.rigour for t in self.select(quantity)), key=words.index, default="exact")
+
+    def total(
+        self,
+        k: float,
+        quantity: str,
+        place: Place = "point",
+        items: Ints | None = None,
+        check: Check | None = None,
+    ) -> Floats:
+        """The combined size per item: bounds and |signed| add, standard deviations add in squares, times k.
+
+        Parameters
+        ----------
+        k : coverage factor of the standard deviations
+        quantity, place : only like quantities at one place add
+        items : wanted items; all by default
+
+        Returns
+        -------
+        (n,) float, in the unit of the quantity
+
+        Raises
+        ------
+        ValueError : terms of the quantity have different units
+
+        Source: JCGM 101; uncertainties of independent sources add in squares, proven bounds linearly.
+        """
+        terms = self.select(quantity, place)
+        if len({t.unit for t in terms}) > 1:
+            raise ValueError(f"errors of {quantity} come in {', '.join(sorted({t.unit or 'plain numbers' for t in terms}))}: convert first")
+        count = terms[0].count if terms else (self.of.counts.get(place, 0) if self.of else 0)
+        n = count if items is None else len(items)
+        straight, squares = np.zeros(n), np.zeros(n)
+        for i, term in enumerate(terms):
+            size = term.size(items, _share(check, i, len(terms)))
+            if term.kind in ("linear", "members"):
+                squares += size**2
+            else:
+                straight += size
+        return straight + k * np.sqrt(squares)
+
+    def budget(self, items: int | None = None, check: Check | None = None) -> tuple[Line, ...]:
+        """Each term evaluated, the largest first within its quantity.
+
+        Parameters
+        ----------
+        items : look at that many random items (fixed seed) instead of all: a glance, which says so in `looked`
+        """
+        lines = [line(t, items, _share(check, i, len(self.terms))) for i, t in enumerate(self.terms)]
+        order = ("position", "value", "velocity", "area", "length")
+        rank = {q: i for i, q in enumerate(order)}
+        return tuple(sorted(lines, key=lambda one: (rank.get(one.quantity, 9), one.quantity, -one.max, one.name)))
+
+    @staticmethod
+    def join(parts: Iterable[tuple[Accuracy, Operator | None]]) -> Accuracy:
+        """The one way to merge: the same id on the same quantity becomes one term whose operators add.
+
+        A term ended on one branch and alive on another is alive, and the ending is kept.
+
+        Parameters
+        ----------
+        parts : (accuracy, operator that brings it here; None for as it is)
+        """
+        found: dict[tuple[str, str, str], list[Term]] = {}
+        ended: dict[str, Ended] = {}
+        missing: list[Missing] = []
+        flags: list[Flag] = []
+        for accuracy, operator in parts:
+            ended |= accuracy.ended
+            missing += accuracy.missing
+            flags += accuracy.flags if operator is None else ()
+            for term in accuracy.terms:
+                pushed = term if operator is None else term.push(operator)
+                found.setdefault((term.id, pushed.quantity, pushed.place), []).append(pushed)
+        terms = tuple(_merged(ways) for ways in found.values())
+        return Accuracy(terms, _unique(missing), tuple(dict.fromkeys(flags)), ended)
+
+
+EXACT = Accuracy()
+"""The claim that there is no error at all."""
+
+
+def unknown(why: str) -> Accuracy:
+    """The accuracy of who does not know: nothing is claimed, and it says so."""
+    return Accuracy(missing=(Missing("accuracy", why),))
+
+
+def exactly(name: str, stage: Stage, n: int, *, quantity: str = "value", unit: str = "", rule: str = "") -> Term:
+    """A term that says an error is zero, with its reason."""
+    return Term(Source(name, stage, "exact", rule), "bound", quantity, unit, np.asarray(0.0), Identity(n))
+
+
+def deviation(
+    name: str,
+    sigma: ArrayLike,
+    n: int,
+    *,
+    stage: Stage = "data",
+    quantity: str = "value",
+    unit: str = "",
+    rigour: Rigour = "estimated",
+    rule: str = "",
+    id: str | None = None,  # noqa: A002 the field's own word
+) -> Term:
+    """Independent errors of n items with standard deviation `sigma` (one number, or (n,))."""
+    source = Source(name, stage, rigour, rule)
+    return _term(source, "linear", quantity, unit, sigma, n, id)
+
+
+def bound(
+    name: str,
+    limit: ArrayLike,
+    n: int,
+    *,
+    stage: Stage = "data",
+    quantity: str = "value",
+    unit: str = "",
+    rigour: Rigour = "proven",
+    rule: str = "",
+    id: str | None = None,  # noqa: A002 the field's own word
+) -> Term:
+    """Errors of n items that never exceed `limit` (one number, or (n,))."""
+    source = Source(name, stage, rigour, rule)
+    return _term(source, "bound", quantity, unit, limit, n, id)
+
+
+def _term(source: Source, kind: Kind, quantity: str, unit: str, value: ArrayLike, n: int, id: str | None) -> Term:  # noqa: A002
+    term = Term(source, kind, quantity, unit, np.asarray(value, float), Identity(n))
+    return term if id is None else replace(term, id=id)
+
+
+def line(term: Term, items: int | None = None, check: Check | None = None) -> Line:
+    """A term evaluated: its largest, mean, median and 95 % size; over `items` random ones if given."""
+    wanted = None
+    if items is not None and items < term.count:
+        wanted = np.sort(np.random.default_rng(0).choice(term.count, items, replace=False))
+    size = term.size(wanted, check)
+    numbers = dict.fromkeys(("max", "mean", "median", "p95", "sum"), 0.0)
+    if len(size):
+        finite = size[np.isfinite(size)]
+        numbers = {
+            "max": float(size.max()),
+            "mean": float(size.mean()),
+            "median": float(np.median(size)),
+            "p95": float(np.quantile(size, 0.95, method="lower")) if len(finite) else math.inf,
+            "sum": float(size.sum()) * (term.count / len(size)),
+        }
+    return Line(
+        name=term.name, stage=term.source.stage, rigour=term.source.rigour, quantity=term.quantity, unit=term.unit,
+        place=term.place, kind=term.kind, rule=term.source.rule, id=term.id, count=term.count, looked=len(size), **numbers,
+    )  # fmt: skip
+
+
+def accuracies(value: Any) -> Iterator[Accuracy]:
+    """Every accuracy inside a wire value, a list of them, or a table of outputs."""
+    if isinstance(value, Accuracy):
+        yield value
+    elif isinstance(value, Mapping):
+        for inner in value.values():
+            yield from accuracies(inner)
+    elif isinstance(value, list | tuple):
+        for inner in value:
+            yield from accuracies(inner)
+    elif is_dataclass(value) and not isinstance(value, type):
+        for f in fields(value):
+            yield from accuracies(getattr(value, f.name))
+
+
+def replace_accuracies(value: T, function: Callable[[Accuracy], Accuracy]) -> T:
+    """The wire value with each accuracy inside it passed through `function`; what holds none is returned as it is."""
+    if isinstance(value, Accuracy):
+        return function(value)  # type: ignore[return-value]  # T is Accuracy here
+    if isinstance(value, list | tuple) and any(True for _ in accuracies(value)):
+        inner = [replace_accuracies(v, function) for v in value]
+        return type(value)(*inner) if hasattr(value, "_fields") else type(value)(inner)  # type: ignore[return-value]  # rebuilt as its own type
+    if is_dataclass(value) and not isinstance(value, type) and any(True for _ in accuracies(value)):
+        changed = {
+            f.name: replace_accuracies(getattr(value, f.name), function)
+            for f in fields(value)
+            if f.init and any(True for _ in accuracies(getattr(value, f.name)))
+        }
+        return replace(value, **changed)
+    return value
+
+
+def _merged(ways: list[Term]) -> Term:
+    if len(ways) == 1:
+        return ways[0]
+    first = ways[0]
+    if any(w.unit != first.unit or w.kind != first.kind for w in ways):
+        raise ValueError(f"the source {first.name!r} arrives in different units or kinds: convert before joining")
+    return replace(first, operator=Sum(tuple(w.operator for w in ways)))
+
+
+def _unique(missing: Iterable[Missing]) -> tuple[Missing, ...]:
+    return tuple(dict.fromkeys(missing))
+
+
+def _share(check: Check | None, i: int, n: int) -> Check | None:
+    return None if check is None else lambda f: check((i + f) / n)

@@ -1,0 +1,485 @@
+"""A function becomes a module: its signature is read once into a frozen record, and nothing is said twice.
+
+Positional arguments are ports, keyword-only ones are parameters, the return type is the output. The decorator returns
+the function itself with the record attached; `record_of(function)` finds it. What is not understood is refused with a
+sentence when the file is loaded.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import types
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from modules.data.accuracy import Accuracy
+from modules.data.wires import ColourMap, Geometry, Layer, Model, Samples, Scene, Table, Value
+from modules.parameters import Choice, Parameter, ParameterError, Range, check_type
+from modules.progress import Progress
+
+P = ParamSpec("P")
+
+WIRES: tuple[type, ...] = (Samples, Model, Geometry, Layer, Scene, Table, Value, ColourMap)
+ROOMS: dict[str, tuple[type, ...]] = {
+    "readers": (Samples, Table, Geometry, Value, ColourMap),
+    "modellers": (Samples, Model, Table, Value),
+    "mappers": (Geometry,),
+    "accuracy_mappers": (Geometry, Table),
+    "renderers": (Layer, Scene),
+}
+FURTHER: tuple[type, ...] = (Table, Value, Geometry)
+RESERVED = frozenset({"self", "id", "module", "version", "view", "out", "accuracy_of", "progress"})
+
+
+class DeclarationError(TypeError):
+    """A function that cannot be a module; the message says which part, and what to write instead."""
+
+
+@dataclass(frozen=True)
+class Port:
+    """An input: a wire type, `optional` (`| None = None`), `many` (`list[...]`, fan-in in slot order)."""
+
+    name: str
+    type: type
+    optional: bool = False
+    many: bool = False
+    words: str = ""
+
+    def refuses(self, offered: type) -> str:
+        """Why a wire of type `offered` does not fit, and what to do; "" if it fits. Samples also take a Model."""
+        if offered is self.type or (self.type is Samples and offered is Model):
+            return ""
+        if self.type is Model and offered is Samples:
+            return "needs a Model, got Samples: put an 'interpolate' between them, so that the law between samples is stated"
+        if self.type is Layer and offered is Geometry:
+            return "needs a Layer, got a Geometry: put a renderer such as 'lines' or 'surface' between them"
+        return f"needs {article(self.type)}, got {article(offered)}"
+
+
+@dataclass(frozen=True)
+class Output:
+    """An output: its name and wire type. Its twin socket is `<name>:accuracy`."""
+
+    name: str
+    type: type
+
+
+@dataclass(frozen=True, eq=False)
+class Module:
+    """What engine, panel, command line, help and file format know of a module.
+
+    Parameters
+    ----------
+    id : "room.file.function", as saved in a network
+    room : readers, modellers, mappers, accuracy_mappers or renderers
+    version : raised by hand when the output for the same input changes
+    was : former ids
+    independent : output -> ports it does not depend on
+    peek : for readers: path -> facts, cheap
+    companions : for readers: path -> other files that are read with it
+    progress : name of the argument that takes a `Progress`, "" if none
+    digest : of the code, for user and plug-in modules; "" for ours
+    """
+
+    id: str
+    title: str
+    room: str
+    version: int
+    was: tuple[str, ...]
+    aliases: tuple[str, ...]
+    ports: tuple[Port, ...]
+    parameters: tuple[Parameter, ...]
+    outputs: tuple[Output, ...]
+    independent: Mapping[str, tuple[str, ...]]
+    function: Callable[..., Any]
+    peek: Callable[[Path], Mapping[str, Any]] | None = None
+    companions: Callable[[Path], Sequence[Path]] | None = None
+    progress: str = ""
+    several: bool = False
+    summary: str = ""
+    accuracy: str = ""
+    source: str = ""
+    digest: str = field(default="")
+
+    def __reduce__(self) -> tuple[Callable[[Callable[..., Any]], Module], tuple[Callable[..., Any]]]:
+        return record_of, (self.function,)
+
+    def port(self, name: str) -> Port | None:
+        """The port of that name, or None."""
+        return next((p for p in self.ports if p.name == name), None)
+
+    def parameter(self, name: str) -> Parameter | None:
+        """The parameter of that name, or None."""
+        return next((p for p in self.parameters if p.name == name), None)
+
+    def output(self, name: str) -> Output | None:
+        """The output of that name, its twin socket too; or None."""
+        plain, _, twin = name.partition(":")
+        found = next((o for o in self.outputs if o.name == plain), None)
+        if twin and found:
+            return Output(name, Accuracy) if twin == "accuracy" else None
+        return found
+
+    def call(self, inputs: Mapping[str, Any], parameters: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
+        """Run the function and name its outputs.
+
+        Raises
+        ------
+        TypeError : an output is not of its declared type
+        """
+        arguments = {p.name: inputs.get(p.name) for p in self.ports}
+        arguments |= dict(parameters)
+        if self.progress:
+            arguments[self.progress] = progress
+        result = self.function(**arguments)
+        named = dict(zip((o.name for o in self.outputs), result if self.several else (result,), strict=True))
+        for output in self.outputs:
+            if not isinstance(named[output.name], output.type):
+                got = article(type(named[output.name]))
+                raise TypeError(f"{self.title} gave {got} as {output.name!r}; it declares {article(output.type)}")
+        return named
+
+
+R = TypeVar("R", bound="Samples | Table | Geometry | Value | ColourMap | tuple[Any, ...]")
+M = TypeVar("M", bound="Samples | Model | Table | Value | tuple[Any, ...]")
+G = TypeVar("G", bound="Geometry | tuple[Any, ...]")
+A = TypeVar("A", bound="Geometry | Table | tuple[Any, ...]")
+L = TypeVar("L", bound="Layer | Scene | tuple[Any, ...]")
+
+
+def reader(
+    title: str,
+    *,
+    version: int = 1,
+    was: tuple[str, ...] = (),
+    aliases: tuple[str, ...] = (),
+    output: str = "",
+    peek: Callable[[Path], Mapping[str, Any]] | None = None,
+    companions: Callable[[Path], Sequence[Path]] | None = None,
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Declare a reader: (nothing) -> Samples, Table, Geometry, Value or ColourMap."""
+
+    def declare(function: Callable[P, R]) -> Callable[P, R]:
+        return _attach(function, "readers", title, version, was, aliases, output, {}, peek, companions)
+
+    return declare
+
+
+def modeller(
+    title: str,
+    *,
+    version: int = 1,
+    was: tuple[str, ...] = (),
+    aliases: tuple[str, ...] = (),
+    output: str = "",
+    independent: Mapping[str, tuple[str, ...]] | None = None,
+) -> Callable[[Callable[P, M]], Callable[P, M]]:
+    """Declare a modeller: Samples, Model, Table or Value -> one of these."""
+
+    def declare(function: Callable[P, M]) -> Callable[P, M]:
+        return _attach(function, "modellers", title, version, was, aliases, output, independent or {})
+
+    return declare
+
+
+def mapper(
+    title: str,
+    *,
+    version: int = 1,
+    was: tuple[str, ...] = (),
+    aliases: tuple[str, ...] = (),
+    output: str = "",
+    independent: Mapping[str, tuple[str, ...]] | None = None,
+) -> Callable[[Callable[P, G]], Callable[P, G]]:
+    """Declare a mapper: its first output is a Geometry."""
+
+    def declare(function: Callable[P, G]) -> Callable[P, G]:
+        return _attach(function, "mappers", title, version, was, aliases, output, independent or {})
+
+    return declare
+
+
+def accuracy_mapper(
+    title: str,
+    *,
+    version: int = 1,
+    was: tuple[str, ...] = (),
+    aliases: tuple[str, ...] = (),
+    output: str = "",
+    independent: Mapping[str, tuple[str, ...]] | None = None,
+) -> Callable[[Callable[P, A]], Callable[P, A]]:
+    """Declare an accuracy mapper: its first output is a Geometry or a Table that shows an error."""
+
+    def declare(function: Callable[P, A]) -> Callable[P, A]:
+        return _attach(function, "accuracy_mappers", title, version, was, aliases, output, independent or {})
+
+    return declare
+
+
+def renderer(
+    title: str,
+    *,
+    version: int = 1,
+    was: tuple[str, ...] = (),
+    aliases: tuple[str, ...] = (),
+    output: str = "",
+    independent: Mapping[str, tuple[str, ...]] | None = None,
+) -> Callable[[Callable[P, L]], Callable[P, L]]:
+    """Declare a renderer: its first output is a Layer, or the Scene of a view."""
+
+    def declare(function: Callable[P, L]) -> Callable[P, L]:
+        return _attach(function, "renderers", title, version, was, aliases, output, independent or {})
+
+    return declare
+
+
+def record_of(function: Callable[..., Any]) -> Module:
+    """The record that the decorator attached.
+
+    Raises
+    ------
+    DeclarationError : the function is not declared as a module
+    """
+    record = getattr(function, "__module_record__", None)
+    if not isinstance(record, Module):
+        raise DeclarationError(f"{getattr(function, '__qualname__', function)!r} is not a module: decorate it with its room")
+    return record
+
+
+def article(kind: type) -> str:
+    """A wire type with its article."""
+    name = kind.__name__
+    return name if name in ("Samples", "Accuracy") else f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
+
+
+# --- reading a signature -----------------------------------------------------------------------------------------
+
+
+def _attach(
+    function: Callable[P, T_],
+    room: str,
+    title: str,
+    version: int,
+    was: tuple[str, ...],
+    aliases: tuple[str, ...],
+    output: str,
+    independent: Mapping[str, tuple[str, ...]],
+    peek: Callable[[Path], Mapping[str, Any]] | None = None,
+    companions: Callable[[Path], Sequence[Path]] | None = None,
+) -> Callable[P, T_]:
+    name = getattr(function, "__qualname__", repr(function))
+
+    def wrong(sentence: str) -> DeclarationError:
+        return DeclarationError(f"module {name!r} in {getattr(function, '__module__', '?')}: {sentence}")
+
+    _check_function(function, room, wrong)
+    hints = _hints(function, wrong)
+    text = inspect.getdoc(function) or ""
+    words = _parameter_words(text)
+    ports, parameters, progress = _arguments(function, hints, words, wrong)
+    outputs, several = _outputs(hints.get("return"), room, output, wrong)
+    _check_bindings(ports, parameters, room, peek is not None, wrong)
+    for out, names in independent.items():
+        if out not in {o.name for o in outputs} or not set(names) <= {p.name for p in ports}:
+            raise wrong(f"independent={{{out!r}: {names}}} names an output or a port that it does not have")
+    record = Module(
+        id=_identity(function),
+        title=title,
+        room=room,
+        version=version,
+        was=was,
+        aliases=aliases,
+        ports=ports,
+        parameters=parameters,
+        outputs=outputs,
+        independent=independent,
+        function=function,
+        peek=peek,
+        companions=companions,
+        progress=progress,
+        several=several,
+        summary=text.split("\n\n")[0].replace("\n", " ").strip(),
+        accuracy=_line(text, "Accuracy"),
+        source=_line(text, "Source"),
+    )
+    if not record.accuracy:
+        raise wrong("its docstring has no 'Accuracy:' line: say what it does to the accuracy of its inputs")
+    function.__module_record__ = record  # type: ignore[attr-defined]  # a function takes attributes; typing has no word for it
+    return function
+
+
+T_ = TypeVar("T_")
+Wrong = Callable[[str], DeclarationError]
+
+
+def _identity(function: Callable[..., Any]) -> str:
+    place = function.__module__
+    for prefix, instead in (("modules.", ""), ("nonius_user.", "user.")):
+        if place.startswith(prefix):
+            place = instead + place.removeprefix(prefix)
+    return f"{place}.{function.__name__}"
+
+
+def _check_function(function: Callable[..., Any], room: str, wrong: Wrong) -> None:
+    if not inspect.isfunction(function):
+        raise wrong("a module is a function")
+    if function.__name__ == "<lambda>" or "<locals>" in function.__qualname__:
+        raise wrong("a module is a function at the top of a file, so that other processes find it by name")
+    if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function) or inspect.isasyncgenfunction(function):
+        raise wrong("a module is a plain function, not async and not a generator; report progress through a Progress argument")
+    if not inspect.getdoc(function):
+        raise wrong("it has no docstring: its first sentence is what the librarian shows")
+    folder = function.__module__.split(".")
+    if folder[0] == "modules" and len(folder) > 1 and folder[1] in ROOMS and folder[1] != room:
+        raise wrong(f"it is declared for the room {room!r} and lies in {folder[1]!r}: move it, or use the other decorator")
+
+
+def _hints(function: Callable[..., Any], wrong: Wrong) -> dict[str, Any]:
+    for parameter in inspect.signature(function).parameters.values():
+        if parameter.annotation is inspect.Parameter.empty:
+            raise wrong(f"argument {parameter.name!r} has no type")
+    try:
+        return get_type_hints(function, include_extras=True)
+    except NameError as error:
+        raise wrong(f"its types cannot be read: {error}; import them at run time, not under TYPE_CHECKING") from error
+    except TypeError as error:
+        raise wrong(f"its types cannot be read: {error}") from error
+
+
+def _arguments(
+    function: Callable[..., Any], hints: Mapping[str, Any], words: Mapping[str, str], wrong: Wrong
+) -> tuple[tuple[Port, ...], tuple[Parameter, ...], str]:
+    ports: list[Port] = []
+    parameters: list[Parameter] = []
+    progress = ""
+    for argument in inspect.signature(function).parameters.values():
+        name, hint = argument.name, hints[argument.name]
+        if argument.kind in (argument.VAR_POSITIONAL, argument.VAR_KEYWORD):
+            raise wrong(f"*{name}: a module names each port and parameter")
+        if hint is Progress:
+            progress = name
+        elif name in RESERVED:
+            raise wrong(f"the name {name!r} is taken by the network file: choose another")
+        elif argument.kind is argument.KEYWORD_ONLY:
+            parameters.append(_parameter(argument, hint, words.get(name, ""), wrong))
+        else:
+            ports.append(_port(argument, hint, words.get(name, ""), wrong))
+    return tuple(ports), tuple(parameters), progress
+
+
+def _port(argument: inspect.Parameter, hint: Any, words: str, wrong: Wrong) -> Port:
+    name, optional, many = argument.name, False, False
+    if get_origin(hint) in (Union, types.UnionType):
+        rest = [a for a in get_args(hint) if a is not type(None)]
+        if len(rest) != 1:
+            raise wrong(f"port {name!r} may take one type, not a choice of several: make two ports, or take the wider type")
+        if argument.default is not None:
+            raise wrong(f"port {name!r} may be left unwired (| None): write '= None'")
+        hint, optional = rest[0], True
+    if get_origin(hint) is list:
+        (hint,), many = get_args(hint), True
+    if get_origin(hint) is Annotated:
+        raise wrong(f"port {name!r} has hints; these are for parameters, after the '*'")
+    if hint not in (*WIRES, Accuracy):
+        if hint in (bool, int, float, str, Path):
+            raise wrong(f"{name!r} is a setting: put it after the '*'")
+        raise wrong(f"port {name!r} is {hint}: a port takes {', '.join(t.__name__ for t in WIRES)} or Accuracy")
+    if argument.default is not inspect.Parameter.empty and not optional:
+        raise wrong(f"port {name!r} has a default; only '| None = None' is a default that a port can have")
+    return Port(name, hint, optional, many, words)
+
+
+def _parameter(argument: inspect.Parameter, hint: Any, words: str, wrong: Wrong) -> Parameter:
+    name, default = argument.name, argument.default
+    notes: tuple[Any, ...] = ()
+    if get_origin(hint) is Annotated:
+        hint, *rest = get_args(hint)
+        notes = tuple(rest)
+    if default is inspect.Parameter.empty:
+        raise wrong(f"parameter {name!r} has no default: every module runs as it is added")
+    if any(isinstance(note, type) and note in (Range, Choice) for note in notes):
+        raise wrong(f"parameter {name!r}: write Range() or Choice(of=...), with brackets")
+    if hint in WIRES or get_origin(hint) is list:
+        raise wrong(f"{name!r} is data: put it before the '*', as a port" if hint in WIRES else f"parameter {name!r}: use a tuple, not a list")
+    if isinstance(default, list | dict | set):
+        raise wrong(f"parameter {name!r} has a default that can change: use a tuple")
+    try:
+        kind, automatic = check_type(name, hint)
+    except TypeError as error:
+        raise wrong(str(error)) from None
+    if default is None and not automatic:
+        raise wrong(f"parameter {name!r} is None by default: declare it '| None' (None means automatic)")
+    limits = next((n for n in notes if isinstance(n, Range)), None)
+    choice = next((n for n in notes if isinstance(n, Choice)), None)
+    parameter = Parameter(name, kind, default, automatic, limits, choice, words)
+    if default is not None:
+        try:
+            coerced = parameter.coerce(default)
+        except ParameterError as error:
+            raise wrong(f"the default of {name!r} does not fit: {error}") from None
+        if limits and isinstance(coerced, float | int) and not isinstance(coerced, bool):
+            low, high = limits.low, limits.high
+            if (low is not None and coerced < low) or (high is not None and coerced > high):
+                raise wrong(f"the default {coerced:g} of {name!r} is outside its Range")
+        parameter = Parameter(name, kind, coerced, automatic, limits, choice, words)
+    return parameter
+
+
+def _outputs(hint: Any, room: str, name: str, wrong: Wrong) -> tuple[tuple[Output, ...], bool]:
+    if hint is None or hint is type(None):
+        raise wrong("it has no return type: say what it gives")
+    several = isinstance(hint, type) and issubclass(hint, tuple) and hasattr(hint, "_fields")
+    if several:
+        outputs = tuple(Output(n, t) for n, t in get_type_hints(hint).items())
+    elif get_origin(hint) is tuple or hint is tuple:
+        raise wrong("several outputs need names: return a NamedTuple")
+    else:
+        outputs = (Output(name or getattr(hint, "__name__", "").lower(), hint),)
+    for i, output in enumerate(outputs):
+        allowed = ROOMS[room] if i == 0 else FURTHER
+        if output.type not in allowed:
+            names = ", ".join(t.__name__ for t in allowed)
+            which = "first output" if i == 0 else f"output {output.name!r}"
+            got = getattr(output.type, "__name__", output.type)
+            raise wrong(f"the {which} of a module in {room} may be {names}; this is {got}")
+    return outputs, several
+
+
+def _check_bindings(
+    ports: Sequence[Port], parameters: Sequence[Parameter], room: str, peeks: bool, wrong: Wrong
+) -> None:
+    kinds = {p.name: p.type for p in ports}
+    for parameter in parameters:
+        for note in (parameter.range, parameter.choice):
+            if note is None or not note.of:
+                continue
+            port, _, fact = note.of.partition(".")
+            if port in kinds:
+                known = getattr(kinds[port], "FACTS", ())
+                if fact not in known:
+                    raise wrong(f"{parameter.name!r}: a {kinds[port].__name__} knows {', '.join(known)}; not {fact!r}")
+            elif not (room == "readers" and peeks and any(p.name == port and p.is_path for p in parameters)):
+                raise wrong(f"{parameter.name!r}: there is no port {port!r}")
+
+
+def _line(text: str, word: str) -> str:
+    found = re.search(rf"^{word}:\s*(.+?)(?=\n\s*\n|\n[A-Z][a-z]+:|\Z)", text, re.MULTILINE | re.DOTALL)
+    return " ".join(found.group(1).split()) if found else ""
+
+
+def _parameter_words(text: str) -> dict[str, str]:
+    """Sentences of the numpy docstring's Parameters section, by name."""
+    section = re.search(r"^Parameters\n-+\n(.*?)(?=\n\S[^\n]*\n-+\n|\n[A-Z]\w+:|\Z)", text, re.MULTILINE | re.DOTALL)
+    words: dict[str, str] = {}
+    current: list[str] = []
+    for line in (section.group(1) if section else "").splitlines():
+        head = re.match(r"^(\w+(?:, \w+)*) : (.*)$", line)
+        if head:
+            current = head.group(1).split(", ")
+            words.update(dict.fromkeys(current, head.group(2).strip()))
+        elif line.strip():
+            words.update({name: f"{words[name]} {line.strip()}".strip() for name in current})
+    return words
