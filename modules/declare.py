@@ -22,7 +22,9 @@ from modules.progress import Progress
 
 P = ParamSpec("P")
 
-WIRES: tuple[type, ...] = (Samples, Model, Geometry, Layer, Scene, Table, Value, ColourMap)
+Kind = type[Any]
+
+WIRES: tuple[Kind, ...] = (Samples, Model, Geometry, Layer, Scene, Table, Value, ColourMap)
 ROOMS: dict[str, tuple[type, ...]] = {
     "readers": (Samples, Table, Geometry, Value, ColourMap),
     "modellers": (Samples, Model, Table, Value),
@@ -43,12 +45,12 @@ class Port:
     """An input: a wire type, `optional` (`| None = None`), `many` (`list[...]`, fan-in in slot order)."""
 
     name: str
-    type: type
+    type: Kind
     optional: bool = False
     many: bool = False
     words: str = ""
 
-    def refuses(self, offered: type) -> str:
+    def refuses(self, offered: Kind) -> str:
         """Why a wire of type `offered` does not fit, and what to do; "" if it fits. Samples also take a Model."""
         if offered is self.type or (self.type is Samples and offered is Model):
             return ""
@@ -64,7 +66,7 @@ class Output:
     """An output: its name and wire type. Its twin socket is `<name>:accuracy`."""
 
     name: str
-    type: type
+    type: Kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -403,7 +405,7 @@ def _parameter(argument: inspect.Parameter, hint: Any, words: str, wrong: Wrong)
     if any(isinstance(note, type) and note in (Range, Choice) for note in notes):
         raise wrong(f"parameter {name!r}: write Range() or Choice(of=...), with brackets")
     if hint in WIRES or get_origin(hint) is list:
-        raise wrong(f"{name!r} is data: put it before the '*', as a port" if hint in WIRES else f"parameter {name!r}: use a tuple, not a list")
+        raise wrong(f"{name!r} is data, or a list: data goes before the '*' as a port, a list of numbers is a tuple")
     if isinstance(default, list | dict | set):
         raise wrong(f"parameter {name!r} has a default that can change: use a tuple")
     try:

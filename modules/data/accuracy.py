@@ -360,7 +360,8 @@ class Accuracy:
         """
         terms = self.select(quantity, place)
         if len({t.unit for t in terms}) > 1:
-            raise ValueError(f"errors of {quantity} come in {', '.join(sorted({t.unit or 'plain numbers' for t in terms}))}: convert first")
+            units = ", ".join(sorted({t.unit or "plain numbers" for t in terms}))
+            raise ValueError(f"errors of {quantity} come in {units}: convert first")
         count = terms[0].count if terms else (self.of.counts.get(place, 0) if self.of else 0)
         n = count if items is None else len(items)
         straight, squares = np.zeros(n), np.zeros(n)
@@ -433,7 +434,7 @@ def deviation(
     unit: str = "",
     rigour: Rigour = "estimated",
     rule: str = "",
-    id: str | None = None,  # noqa: A002 the field's own word
+    id: str | None = None,
 ) -> Term:
     """Independent errors of n items with standard deviation `sigma` (one number, or (n,))."""
     source = Source(name, stage, rigour, rule)
@@ -450,14 +451,14 @@ def bound(
     unit: str = "",
     rigour: Rigour = "proven",
     rule: str = "",
-    id: str | None = None,  # noqa: A002 the field's own word
+    id: str | None = None,
 ) -> Term:
     """Errors of n items that never exceed `limit` (one number, or (n,))."""
     source = Source(name, stage, rigour, rule)
     return _term(source, "bound", quantity, unit, limit, n, id)
 
 
-def _term(source: Source, kind: Kind, quantity: str, unit: str, value: ArrayLike, n: int, id: str | None) -> Term:  # noqa: A002
+def _term(source: Source, kind: Kind, quantity: str, unit: str, value: ArrayLike, n: int, id: str | None) -> Term:
     term = Term(source, kind, quantity, unit, np.asarray(value, float), Identity(n))
     return term if id is None else replace(term, id=id)
 
@@ -505,7 +506,7 @@ def replace_accuracies(value: T, function: Callable[[Accuracy], Accuracy]) -> T:
         return function(value)  # type: ignore[return-value]  # T is Accuracy here
     if isinstance(value, list | tuple) and any(True for _ in accuracies(value)):
         inner = [replace_accuracies(v, function) for v in value]
-        return type(value)(*inner) if hasattr(value, "_fields") else type(value)(inner)  # type: ignore[return-value]  # rebuilt as its own type
+        return type(value)(*inner) if hasattr(value, "_fields") else type(value)(inner)
     if is_dataclass(value) and not isinstance(value, type) and any(True for _ in accuracies(value)):
         changed = {
             f.name: replace_accuracies(getattr(value, f.name), function)

@@ -109,14 +109,15 @@ def _lattice(rest: Sequence[Operator]) -> tuple[int, ...]:
 
 def _stationary(index: Ints, weight: Floats, rest: Sequence[Operator], lattice: tuple[int, ...]) -> Floats:
     """Variance of weighted sums over stencilled unit noise: products of the covariance along each axis."""
-    bands = [_band([s for s in rest if isinstance(s, Stencil) and s.axis == axis], size) for axis, size in enumerate(lattice)]
+    stencils = [step for step in rest if isinstance(step, Stencil)]
+    bands = [_band([s for s in stencils if s.axis == axis], size) for axis, size in enumerate(lattice)]
     while len(bands) < 3:
         bands.insert(0, np.ones((1, 1)))
     shape = np.array([1] * (3 - len(lattice)) + list(lattice), np.int64)
     variance = kernels.operators.stencil_gather_variance(
         np.ascontiguousarray(index, np.int64), np.ascontiguousarray(weight), shape, *bands
     )
-    return np.maximum(variance, 0.0)
+    return np.asarray(np.maximum(variance, 0.0))
 
 
 _BANDS: dict[tuple[int, ...], tuple[Sequence[Stencil], Floats]] = {}

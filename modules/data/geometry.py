@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -168,7 +169,7 @@ class Geometry:
     def polylines(self) -> list[Floats]:
         """Each line as its (k, 3) points; a closed one repeats its first point at its end."""
         o, c = self.lines.offsets, self.lines.connectivity
-        return [self.points[c[a:b]] for a, b in zip(o[:-1], o[1:], strict=True)]
+        return [self.points[c[a:b]] for a, b in pairwise(o)]
 
     @property
     def triangles(self) -> Indices:

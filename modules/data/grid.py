@@ -42,7 +42,7 @@ class Frame:
         units = self.units[:dimensions]
         if len(set(units)) > 1:
             named = ", ".join(f"{a} in {u or 'plain numbers'}" for a, u in zip(self.axes, units, strict=False))
-            raise ValueError(f"the axes have different units ({named}): bring them to one unit before measuring lengths or areas")
+            raise ValueError(f"the axes have different units ({named}): bring them to one before measuring lengths or areas")
         return units[0]
 
 
@@ -86,7 +86,7 @@ class Grid:
         """(xmin, xmax, ymin, ymax, zmin, zmax)."""
         points = self.points()
         if not len(points):
-            return (0.0,) * 6  # type: ignore[return-value]  # six zeros
+            return (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         low, high = points.min(axis=0), points.max(axis=0)
         return tuple(float(v) for pair in zip(low, high, strict=True) for v in pair)  # type: ignore[return-value]  # six numbers
 
@@ -169,7 +169,8 @@ class Regular(Grid):
     def axes(self) -> tuple[Floats, ...]:
         """Coordinates along x, y, z."""
         lengths = reversed(self.size)
-        return tuple(o + h * np.arange(n) for o, h, n in zip(self.origin, self.spacing, lengths, strict=True))
+        steps = zip(self.origin, self.spacing, lengths, strict=True)
+        return tuple(np.asarray(o + h * np.arange(n), dtype=np.float64) for o, h, n in steps)
 
     @property
     def is_cartesian(self) -> bool:

@@ -40,18 +40,27 @@ class Law(Protocol):
         """(cells,) estimate of the largest error in each cell; NaN where the samples around do not tell."""
 
 
+LINEAR = Source(
+    "Interpolation between samples",
+    "model",
+    "estimated",
+    "half the sum of u (1 - u) times the second difference along each axis; low below 8 samples a period "
+    "[linear-second-difference/1]",
+)
+NEAREST = Source(
+    "Nearest sample instead of the value between",
+    "model",
+    "estimated",
+    "distance to the sample times the slope between samples [nearest-first-difference/1]",
+)
+
+
 @dataclass(frozen=True)
 class Linear:
     """Linear in each axis: bilinear on a rectangle, trilinear in a box."""
 
     name: str = "linear"
-    source: Source = Source(
-        "Interpolation between samples",
-        "model",
-        "estimated",
-        "half the sum of u (1 - u) times the second difference along each axis; low below 8 samples a period "
-        "[linear-second-difference/1]",
-    )
+    source: Source = LINEAR
 
     def weights(self, grid: Grid, points: Floats) -> Gather:
         """2^d weights a point."""
@@ -82,7 +91,9 @@ class Linear:
         """1/8 sum_i h_i^2 of the largest |second derivative| at the cell's corners."""
         total: Any = 0.0
         for axis in range(grid.dimensions):
-            h = cell_sizes(grid, axis).reshape([-1 if grid.dimensions - 1 - axis == d else 1 for d in range(grid.dimensions)])
+            along = [1] * grid.dimensions
+            along[grid.dimensions - 1 - axis] = -1
+            h = cell_sizes(grid, axis).reshape(along)
             total = total + h**2 / 8 * corner_max(np.abs(second_derivative(grid, values, axis)))
         return np.asarray(total).ravel()
 
@@ -92,12 +103,7 @@ class Nearest:
     """The value of the nearest sample; it jumps half way between two."""
 
     name: str = "nearest"
-    source: Source = Source(
-        "Nearest sample instead of the value between",
-        "model",
-        "estimated",
-        "distance to the sample times the slope between samples [nearest-first-difference/1]",
-    )
+    source: Source = NEAREST
 
     def weights(self, grid: Grid, points: Floats) -> Gather:
         """One weight a point."""
@@ -111,7 +117,8 @@ class Nearest:
 
     def error(self, grid: Grid, values: Floats, points: Floats) -> Floats:
         """Nearest - linear, the first difference times the distance."""
-        return np.asarray(self.weights(grid, points).apply(values.ravel()) - Linear().weights(grid, points).apply(values.ravel()))
+        flat = values.ravel()
+        return np.asarray(self.weights(grid, points).apply(flat) - Linear().weights(grid, points).apply(flat))
 
     def largest(self, grid: Grid, values: Floats) -> Floats:
         """Half the sum over the axes of the largest first difference of the cell's edges."""
@@ -120,7 +127,8 @@ class Nearest:
             step = np.abs(np.diff(values, axis=d))
             for other in range(values.ndim):
                 if other != d:
-                    step = np.maximum(step.take(range(1, step.shape[other]), other), step.take(range(step.shape[other] - 1), other))
+                    n = step.shape[other]
+                    step = np.maximum(step.take(range(1, n), other), step.take(range(n - 1), other))
             total = total + 0.5 * step
         return np.asarray(total).ravel()
 
@@ -169,7 +177,8 @@ def locate(grid: Grid, points: Floats) -> tuple[Ints, Floats]:
             first = points[outside][0]
             raise ValueError(
                 f"{outside.sum()} of {len(points)} points lie outside the grid, the first at "
-                f"{', '.join(f'{v:g}' for v in first)}; {grid.frame.axes[axis]} goes from {coordinates[0]:g} to {coordinates[-1]:g}"
+                f"{', '.join(f'{v:g}' for v in first)}; "
+                f"{grid.frame.axes[axis]} goes from {coordinates[0]:g} to {coordinates[-1]:g}"
             )
         i = np.clip(np.searchsorted(coordinates, x, side="right") - 1, 0, len(coordinates) - 2)
         cell[:, axis] = i

@@ -232,7 +232,7 @@ class Sum(Operator):
 
     def apply(self, x: Floats) -> Floats:
         """The sum of the ways."""
-        return np.sum([part.apply(x) for part in self.parts], axis=0)
+        return np.asarray(np.sum([part.apply(x) for part in self.parts], axis=0))
 
 
 @dataclass(frozen=True, eq=False)

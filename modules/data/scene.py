@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modules.data.accuracy import Accuracy
-from modules.data.geometry import Geometry, Shown
+from modules.data.geometry import Shown
 
 Colour = str
 """A role ("line", "clay", "dust" ...) that the theme turns into a colour, or "#rrggbb"."""

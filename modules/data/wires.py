@@ -1,8 +1,8 @@
 """What travels on a wire. Each value carries its accuracy; to leave it out is an error of the program.
 
-    Samples    data on a grid                    Layer      a shape and how it looks
-    Model      samples and the law between them  Scene      the layers of one view
-    Geometry   points, lines, polygons           Table, Value, ColourMap
+Samples    data on a grid                    Layer      a shape and how it looks
+Model      samples and the law between them  Scene      the layers of one view
+Geometry   points, lines, polygons           Table, Value, ColourMap
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from modules.data.accuracy import Accuracy, Flag, Missing, Term
 from modules.data.geometry import Geometry
-from modules.data.grid import Curvilinear, Frame, Grid, Rectilinear, regular
-from modules.data.laws import LAWS, Law
+from modules.data.grid import Curvilinear, Frame, Grid, Rectilinear, Unstructured, regular
+from modules.data.laws import LAWS, Law, corner_max
 from modules.data.memo import memo
-from modules.data.operators import Floats, Gather
+from modules.data.operators import Floats, Gather, Identity
 from modules.data.scene import ColourMap, Layer, Scene, Text
 
 __all__ = ["ColourMap", "Geometry", "Layer", "Model", "Samples", "Scene", "Table", "Text", "Value"]
@@ -150,7 +150,7 @@ class Model:
         if law not in LAWS:
             raise ValueError(f"there is no law {law!r}: laws are {', '.join(LAWS)}")
         chosen = LAWS[law]
-        return cls(samples=samples, law=chosen, accuracy=samples.accuracy.add(*_own_terms(samples, chosen)))
+        return cls(samples=samples, law=chosen, accuracy=_with_own_cells(samples, chosen))
 
     @property
     def grid(self) -> Grid:
@@ -222,10 +222,9 @@ class Model:
         )
         gradient = Accuracy(terms, accuracy.missing, (), accuracy.ended)
         if self.own is not None:
-            gradient = gradient.miss(Missing("interpolation error of the gradient", "only the error of values is estimated"))
-            gradient = Accuracy(gradient.terms, gradient.missing, (), gradient.ended).end_from(
-                Accuracy((self.own,)), "an error of values between samples says nothing of slopes"
-            )
+            gradient = gradient.miss(Missing("Interpolation error of the gradient", "only that of values is estimated"))
+            why = "an error of values between samples says nothing of slopes"
+            gradient = gradient.end_from(Accuracy((self.own,)), why)
         return values, gradient
 
     def _through(self, weights: Gather) -> Accuracy:
@@ -304,25 +303,27 @@ class Value:
         return {"value": self.value, "unit": self.unit}
 
 
-def _own_terms(samples: Samples, law: Law) -> tuple[Term, ...]:
-    """The law's own error, per cell: a size that no sample states, so it is estimated."""
-    from modules.data.accuracy import bound
-
-    if isinstance(samples.grid, Curvilinear) or samples.grid.kind == "unstructured":
-        return ()
+def _with_own_cells(samples: Samples, law: Law) -> Accuracy:
+    """The samples' accuracy and the law's own error per cell: a size that no sample states, so it is estimated."""
+    if isinstance(samples.grid, Curvilinear | Unstructured):
+        return samples.accuracy.miss(Missing(law.source.name, f"not estimated on a {samples.grid.kind} grid"))
     flat = samples.values.reshape(samples.grid.count, -1).astype(float, copy=False)
     largest = np.zeros(samples.grid.cells)
     for column in flat.T:
-        largest = np.hypot(largest, law.largest(samples.grid, column.reshape(samples.grid.shape)))
-    source = law.source
-    term = bound(source.name, np.nan_to_num(largest, nan=0.0), len(largest), stage="model", unit=samples.unit)
-    return (Term(source, "bound", "value", samples.unit, term.value, term.operator, "cell"),)
+        lattice = column.reshape(samples.grid.shape)
+        error = law.largest(samples.grid, lattice)
+        error[np.isnan(corner_max(lattice).ravel())] = 0.0  # a hole: there is no model
+        largest = np.hypot(largest, error)
+    sizes = np.nan_to_num(largest, nan=0.0)
+    own = Term(law.source, "bound", "value", samples.unit, sizes, Identity(len(sizes)), "cell")
+    accuracy = samples.accuracy.add(own)
+    if np.isnan(largest).any():
+        return accuracy.miss(Missing(law.source.name, "where fewer than three samples in a row tell"))
+    return accuracy
 
 
 def _with_own(accuracy: Accuracy, own: Term, error: Floats) -> Accuracy:
     """The law's own signed error at points added to an accuracy, under the identity of the model's own term."""
-    from modules.data.operators import Identity
-
     unknown = np.isnan(error).any(axis=1)
     flat = np.nan_to_num(error, nan=0.0).ravel()
     term = Term(
