@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from modules.kernels import arcs as arcs
     from modules.kernels import bilinear as bilinear
     from modules.kernels import contour as contour
+    from modules.kernels import crossings as crossings
     from modules.kernels import operators as operators
 
 

@@ -106,7 +106,7 @@ def _sources() -> list[Path]:
 
 @functools.cache
 def _digest() -> str:
-    """One name for all that the machine code depends on: the sources, numba, the interpreter and the processor's kind."""
+    """A name for all that the machine code depends on: sources, numba, interpreter, kind of processor."""
     digest = hashlib.blake2b(digest_size=10)
     for path in _sources():
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")

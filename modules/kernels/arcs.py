@@ -29,8 +29,6 @@ TURN = 1000.0
 STRAIGHT = 2.0**-50
 """A smaller bend is none: the shoulder point is the middle of the chord, to rounding."""
 
-LOG2_BUDGET = math.log2(4.0)
-
 _SINH = tuple(1.0 / math.factorial(2 * k + 3) for k in range(9))
 _COSH = tuple(2.0 / math.factorial(2 * k + 2) for k in range(9))
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
@@ -66,16 +64,17 @@ def point(start: npt.ArrayLike, end: npt.ArrayLike, bend: npt.ArrayLike, t: npt.
     """
     p, q = np.asarray(start, np.float64), np.asarray(end, np.float64)
     w, s = np.asarray(bend, np.float64), np.asarray(t, np.float64)
-    late, early = _late(np.abs(w), s), 1.0 - _late(np.abs(w), 1.0 - s)
+    early = _early(np.abs(w), s)
+    late = early * np.exp(-np.abs(w) * (1.0 - s))
     share = np.stack(np.broadcast_arrays(np.where(w > 0, late, early), np.where(w > 0, early, late)), axis=-1)
     at: Floats = np.where(share <= 0.5, p + share * (q - p), q - (1.0 - share) * (q - p))
     return at
 
 
-def _late(a: Floats, t: Floats) -> Floats:
-    """(e^(a t) - 1) / (e^a - 1) for a >= 0: the part of the chord covered along the axis that comes last."""
+def _early(a: Floats, t: Floats) -> Floats:
+    """(1 - e^(-a t)) / (1 - e^-a) for a >= 0: the part of the chord covered along the axis that comes first."""
     safe = np.where(a > 0, a, 1.0)
-    share: Floats = np.where(a > 0, np.exp(-safe * (1.0 - t)) * np.expm1(-safe * t) / np.expm1(-safe), t)
+    share: Floats = np.where(a > 0, np.expm1(-safe * t) / np.expm1(-safe), t)
     return share
 
 
@@ -177,9 +176,7 @@ def halvings(area: npt.ArrayLike, tolerance: npt.ArrayLike) -> Integers:
     return np.asarray(np.ceil(np.log2(ratio) / 2.0)).astype(np.int64)
 
 
-def uniform(
-    start: Floats, end: Floats, bend: Floats, counts: npt.NDArray[np.integer], random: np.random.Generator
-) -> Floats:
+def uniform(start: Floats, end: Floats, bend: Floats, counts: npt.NDArray[np.integer], random: np.random.Generator) -> Floats:
     """Random points between arc and chord, evenly distributed over the area of each.
 
     Parameters
@@ -187,6 +184,7 @@ def uniform(
     start, end : (n, 2)
         x, y of P and Q.
     bend : (n,)
+        Of each arc.
     counts : (n,) int
         Points wanted for each arc; `np.repeat(np.arange(n), counts)` is the arc of each point.
     random
@@ -208,17 +206,16 @@ def uniform(
 
 
 def _swept(a: Floats, part: Floats) -> Floats:
-    """The t for which (sinh(a t) - a t) / (sinh a - a) is `part`: Newton's method on the logarithm, which is concave."""
-    small = a < 1e-4  # t^3 to 1e-9
-    full = np.where(small, 1.0, a)
+    """The t with (sinh(a t) - a t) / (sinh a - a) = part, by Newton's method on the logarithm, which is concave."""
+    full = np.maximum(a, 1e-6)  # below, it is t^3 to 1e-13
     goal = np.log(part) + _log_segment(full)
-    z = np.cbrt(part) * full
+    z = np.cbrt(part) * full  # never beyond the root, nor are Newton's steps from there
     for _ in range(60):
         step = 2.0 * _bulge(z) * (goal - _log_segment(z))
-        z = np.clip(z + step, 0.5 * z, full)
-        if (np.abs(step) <= 1e-14 * z).all():
+        z = np.minimum(z + step, full)
+        if (np.abs(step) <= 1e-13 * z).all():
             break
-    return np.where(small, np.cbrt(part), z / full)
+    return z / full
 
 
 def _log_segment(z: Floats) -> Floats:

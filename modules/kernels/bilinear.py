@@ -64,9 +64,7 @@ def gradient(
     return a + c * np.asarray(v, np.float64), b + c * np.asarray(u, np.float64)
 
 
-def saddle(
-    f00: npt.ArrayLike, f10: npt.ArrayLike, f01: npt.ArrayLike, f11: npt.ArrayLike
-) -> tuple[Floats, Floats, Floats]:
+def saddle(f00: npt.ArrayLike, f10: npt.ArrayLike, f01: npt.ArrayLike, f11: npt.ArrayLike) -> tuple[Floats, Floats, Floats]:
     """The saddle's place (u, v) and value; not a number where F is linear (c = 0).
 
     Source: thesis (3.4).
@@ -120,7 +118,7 @@ def _exact_determinant(f00: float, f10: float, f01: float, f11: float, level: fl
 
 @jit
 def _sum(a: float, b: float) -> tuple[float, float]:
-    """a + b, rounded, and the rounding error."""
+    """The sum, rounded, and the rounding error."""
     total = a + b
     b_part = total - a
     return total, (a - (total - b_part)) + (b - b_part)
@@ -128,13 +126,13 @@ def _sum(a: float, b: float) -> tuple[float, float]:
 
 @jit
 def _difference(a: float, b: float) -> tuple[float, float]:
-    """a - b, rounded, and the rounding error."""
+    """The difference, rounded, and the rounding error."""
     return _sum(a, -b)
 
 
 @jit
 def _product(a: float, b: float) -> tuple[float, float]:
-    """a b, rounded, and the rounding error."""
+    """The product, rounded, and the rounding error."""
     product = a * b
     a_cut, b_cut = a * 134217729.0, b * 134217729.0  # 2^27 + 1
     a_high, b_high = a_cut - (a_cut - a), b_cut - (b_cut - b)
