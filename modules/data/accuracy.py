@@ -29,6 +29,9 @@ SIGNS: Mapping[str, str] = MappingProxyType(
 )
 """The five words and their signs, from the strongest claim to none."""
 
+UNBOUNDED = 1e100
+"""A larger size is none that a first-order rule can tell: it is infinite."""
+
 T = TypeVar("T")
 
 
@@ -124,6 +127,7 @@ class Term:
         if self.components > 1 and items is not None:
             rows = (np.asarray(items)[:, None] * self.components + np.arange(self.components)).ravel()
         size = fold(self.kind, self.value, self.operator, rows, check)
+        size[np.abs(size) > UNBOUNDED] = math.inf
         return size.reshape(-1, self.components) if self.components > 1 else size
 
     def size(self, items: Ints | None = None, check: Check | None = None) -> Floats:

@@ -113,10 +113,8 @@ def _stationary(index: Ints, weight: Floats, rest: Sequence[Operator], lattice: 
     bands = [_band([s for s in stencils if s.axis == axis], size) for axis, size in enumerate(lattice)]
     while len(bands) < 3:
         bands.insert(0, np.ones((1, 1)))
-    shape = np.array([1] * (3 - len(lattice)) + list(lattice), np.int64)
-    variance = kernels.operators.stencil_gather_variance(
-        np.ascontiguousarray(index, np.int64), np.ascontiguousarray(weight), shape, *bands
-    )
+    nz, ny, nx = (1,) * (3 - len(lattice)) + lattice
+    variance = kernels.operators.stencil_gather_variance(index, weight, (nz, ny, nx), *bands)
     return np.asarray(np.maximum(variance, 0.0))
 
 
