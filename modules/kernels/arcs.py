@@ -133,11 +133,11 @@ def length(dx: npt.ArrayLike, dy: npt.ArrayLike, bend: npt.ArrayLike) -> Floats:
     x, y, w = np.broadcast_arrays(*(np.asarray(each, np.float64) for each in (dx, dy, bend)))
     x, y = np.abs(x), np.abs(y)
     x, y, a = np.where(w > 0, x, y), np.where(w > 0, y, x), np.abs(w)  # now x is covered last
-    total = np.hypot(x, y)
+    total = np.asarray(np.hypot(x, y))
     curved = (a >= STRAIGHT) & (x > 0) & (y > 0)
     if curved.any():
         total[curved] = _curved_length(x[curved], y[curved], a[curved])
-    return np.asarray(total)
+    return total
 
 
 def _curved_length(x: Floats, y: Floats, a: Floats) -> Floats:
