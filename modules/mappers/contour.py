@@ -112,7 +112,7 @@ def _plane(model: Model) -> Regular | Rectilinear:
         raise ValueError(f"contour draws the linear model; this one is {model.law.name}: choose law 'linear' in interpolate")
     if grid.dimensions != 2 or not isinstance(grid, Regular | Rectilinear):
         raise ValueError(
-            f"contour needs a two-dimensional regular or rectilinear grid, got a {grid.dimensions}-dimensional {grid.kind} one: "
+            f"contour needs a two-dimensional regular or rectilinear grid, got {grid.dimensions}-dimensional {grid.kind}: "
             "take a slice first"
         )
     if model.samples.components != 1:

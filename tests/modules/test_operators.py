@@ -1,0 +1,157 @@
+"""Operators give rows, apply as a whole, and fold to sizes; each is judged by a dense matrix made on its own."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from modules.data.fold import fold
+from modules.data.operators import (
+    Chain,
+    Gather,
+    Identity,
+    Matrix,
+    Operator,
+    Spread,
+    Stencil,
+    Sum,
+    fixed,
+    scaling,
+    select,
+    stencil,
+)
+
+Floats = NDArray[np.float64]
+LATTICES = [(7,), (5, 6), (4, 5, 6)]
+
+
+def dense(operator: Operator) -> Floats:
+    """The matrix, column by column, through `apply` of unit vectors."""
+    n_out, n_in = operator.shape
+    return np.stack([operator.apply(e) for e in np.eye(n_in)], axis=1).reshape(n_out, n_in)
+
+
+def smoothing(lattice: tuple[int, ...]) -> Operator:
+    operator: Operator = Identity(int(np.prod(lattice)))
+    for axis in range(len(lattice)):
+        operator = stencil(lattice, axis, (-1, 0, 1), (0.25, 0.5, 0.25)).after(operator)
+    return operator
+
+
+def gather(n_out: int, n_in: int, k: int, seed: int = 0) -> Gather:
+    random = np.random.default_rng(seed)
+    return Gather(random.integers(0, n_in, (n_out, k)), random.normal(size=(n_out, k)), n_in)
+
+
+def every_operator() -> list[Operator]:
+    lattice = (4, 5, 6)
+    n = 120
+    smooth = smoothing(lattice)
+    few = gather(30, n, 4)
+    return [
+        Identity(n),
+        Spread(17),
+        few,
+        select(np.array([3, 3, 7]), n),
+        scaling(np.linspace(-1, 1, n)),
+        stencil(lattice, 1, (-2, 0, 1), (1.0, -3.0, 2.0)),
+        smooth,
+        few.after(smooth),
+        Sum((few, gather(30, n, 2, 1))),
+        Matrix(fixed(few.index, few.weight, n)),
+        scaling(np.linspace(1, 2, 30)).after(few.after(smooth)),
+        Chain(Sum((smooth, smooth)), few),
+        few.after(Spread(n)),
+    ]
+
+
+@pytest.mark.parametrize("operator", every_operator(), ids=lambda o: type(o).__name__)
+def test_rows_equal_the_whole(operator: Operator) -> None:
+    matrix = dense(operator)
+    wanted = np.array([operator.shape[0] - 1, 0, operator.shape[0] // 2, 0])
+    assert np.allclose(operator.rows(wanted).toarray(), matrix[wanted], atol=1e-14)
+    assert matrix.shape == operator.shape
+
+
+@pytest.mark.parametrize("operator", every_operator(), ids=lambda o: type(o).__name__)
+@pytest.mark.parametrize("one_for_all", [True, False])
+def test_fold_equals_the_dense_matrix(operator: Operator, one_for_all: bool) -> None:
+    matrix = dense(operator)
+    random = np.random.default_rng(3)
+    primitive = np.asarray(0.7) if one_for_all else random.uniform(0.1, 2, operator.shape[1])
+    value = np.broadcast_to(primitive, operator.shape[1])
+    assert np.allclose(fold("linear", primitive, operator), np.sqrt(matrix**2 @ value**2), rtol=1e-12, atol=1e-14)
+    assert np.allclose(fold("bound", primitive, operator), np.abs(matrix) @ value, rtol=1e-12, atol=1e-14)
+    assert np.allclose(fold("signed", primitive, operator), matrix @ value, rtol=1e-12, atol=1e-12)
+    members = random.normal(size=(5, operator.shape[1]))
+    assert np.allclose(fold("members", members, operator), (members @ matrix.T).std(axis=0, ddof=1), rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("lattice", LATTICES, ids=str)
+def test_one_sigma_through_stencils_is_exact_at_the_borders_too(lattice: tuple[int, ...]) -> None:
+    n = int(np.prod(lattice))
+    twice = smoothing(lattice).after(smoothing(lattice))
+    for operator in (twice, gather(40, n, 5).after(twice), stencil(lattice, 0, (-1, 1), (-0.5, 0.5)).after(twice)):
+        general = np.sqrt((dense(operator) ** 2).sum(axis=1)) * 0.3
+        assert np.allclose(fold("linear", np.asarray(0.3), operator), general, rtol=1e-12, atol=1e-14)
+
+
+def test_a_stencil_may_change_the_length_of_its_axis() -> None:
+    columns, weights = np.array([[0, 1], [2, 3]]), np.full((2, 2), 0.5)
+    halved = Stencil((3, 4), 1, columns, weights)
+    assert halved.shape == (6, 12)
+    assert np.array_equal(halved.apply(np.arange(12.0)), [0.5, 2.5, 4.5, 6.5, 8.5, 10.5])
+    assert np.allclose(dense(halved), halved.rows(np.arange(6)).toarray())
+
+
+def test_an_entry_of_weight_zero_is_not_touched() -> None:
+    operator = Gather(np.array([[0, 1]]), np.array([[1.0, 0.0]]), 2)
+    assert operator.apply(np.array([2.0, np.nan])) == 2.0
+
+
+@settings(max_examples=60, derandomize=True, deadline=None)
+@given(st.lists(st.sampled_from(["smooth", "scale", "gather", "sum", "select"]), min_size=1, max_size=5), st.integers(0, 99))
+def test_any_chain_folds_like_its_matrix(words: list[str], seed: int) -> None:
+    lattice, n = (3, 4), 12
+    random = np.random.default_rng(seed)
+    operator: Operator = Identity(n)
+    matrix = np.eye(n)
+    for word in words:
+        step: Operator = {
+            "smooth": lambda: smoothing(lattice),
+            "scale": lambda: scaling(random.normal(size=n)),
+            "gather": lambda: gather(n, n, 3, int(random.integers(99))),
+            "sum": lambda: Sum((Identity(n), scaling(np.full(n, -0.5)))),
+            "select": lambda: select(random.integers(0, n, n), n),
+        }[word]()
+        operator, matrix = step.after(operator), dense(step) @ matrix
+    assert np.allclose(fold("linear", np.asarray(1.0), operator), np.sqrt((matrix**2).sum(axis=1)), rtol=1e-10, atol=1e-12)
+    assert np.allclose(fold("bound", np.asarray(1.0), operator), np.abs(matrix).sum(axis=1), rtol=1e-10, atol=1e-12)
+
+
+def test_a_chain_of_the_wrong_lengths_is_refused() -> None:
+    with pytest.raises(ValueError, match="5 inputs cannot follow one of 4"):
+        Identity(5).after(Identity(4))
+
+
+def test_constants_pickle_to_almost_nothing() -> None:
+    smooth = smoothing((64, 64, 64))
+    assert len(pickle.dumps(Identity(10**9))) < 200
+    assert len(pickle.dumps(smooth)) < 20_000
+
+
+def test_cancel_is_polled_while_folding() -> None:
+    class Enough(Exception):
+        pass
+
+    def check(fraction: float) -> None:
+        if fraction > 0.4:
+            raise Enough
+
+    with pytest.raises(Enough):
+        fold("bound", np.asarray(1.0), gather(200_000, 10, 2), check=check)
