@@ -75,6 +75,18 @@ def saddle(f00: npt.ArrayLike, f10: npt.ArrayLike, f01: npt.ArrayLike, f11: npt.
 
 
 @jit
+def twist(f00: float, f10: float, f01: float, f11: float) -> float:
+    """The coefficient c = f00 + f11 - f10 - f01; 0 exactly where F is linear.
+
+    Accuracy: rounding of c itself, however small it is beside the corner values.
+    """
+    upper, upper_rest = _difference(f11, f10)
+    lower, lower_rest = _difference(f01, f00)
+    c, rest = _difference(upper, lower)
+    return c + (rest + (upper_rest - lower_rest))
+
+
+@jit
 def determinant(f00: float, f10: float, f01: float, f11: float, level: float) -> float:
     """(f00 - L)(f11 - L) - (f10 - L)(f01 - L) = c (F(S) - L), with the right sign.
 
@@ -99,7 +111,7 @@ def determinant(f00: float, f10: float, f01: float, f11: float, level: float) ->
 
 @jit
 def _exact_determinant(f00: float, f10: float, f01: float, f11: float, level: float) -> float:
-    terms = np.zeros(17)  # a sum kept as floats that do not overlap, the smallest first
+    terms = np.zeros(16)  # a sum kept as floats that do not overlap, the smallest first
     used = 0
     for sign, f, g in ((1.0, f00, f11), (-1.0, f10, f01)):
         for p in _difference(f, level):

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from modules.kernels._jit import jit
 from modules.kernels.arcs import STRAIGHT, TURN, shoulder_share
-from modules.kernels.bilinear import determinant
+from modules.kernels.bilinear import determinant, twist
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -230,21 +230,22 @@ def bend_of_arc(f00: float, f10: float, f01: float, f11: float, level: float, st
     Between opposite edges the derivative along each is known; around a corner of value g the derivatives along its two
     edges are p and q, and F_x F_y = p q - c g. Where the saddle is on the level it is +-TURN.
     """
+    c = twist(f00, f10, f01, f11)
     if (start + end) & 1 == 0:
         if start & 1 == 0:
             p, q = (f11 - f01, f10 - f00) if start == 0 else (f10 - f00, f11 - f01)
         else:
             p, q = (f01 - f00, f11 - f10) if start == 3 else (f11 - f10, f01 - f00)
-        bend = log_ratio(q, p, (q - p) / p)
+        bend = log_ratio(q, p, c / p if start >= 2 else -c / p)
     else:
         if start + end == 1:
-            g, p, q, c = f10, f00 - f10, f11 - f10, (f01 - f00) - (f11 - f10)
+            g, p, q, c = f10, f00 - f10, f11 - f10, -c
         elif start * end == 2:
-            g, p, q, c = f11, f01 - f11, f10 - f11, (f00 - f01) - (f10 - f11)
+            g, p, q = f11, f01 - f11, f10 - f11
         elif start * end == 6:
-            g, p, q, c = f01, f11 - f01, f00 - f01, (f10 - f11) - (f00 - f01)
+            g, p, q, c = f01, f11 - f01, f00 - f01, -c
         else:
-            g, p, q, c = f00, f10 - f00, f01 - f00, (f11 - f10) - (f01 - f00)
+            g, p, q = f00, f10 - f00, f01 - f00
         s = c * (g - level) / (p * q)
         if abs(s) < 0.5:
             bend = -math.log1p(-s)

@@ -134,7 +134,7 @@ def test_dust_lies_strictly_between_and_evenly(w):
 
 def test_dust_comes_in_the_order_of_the_arcs_from_a_named_source():
     start = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]])
-    end, bend, counts = start + [1.0, 1.0], np.array([1.0, 0.0, -2.0]), np.array([2, 0, 3])
+    end, bend, counts = start + 1.0, np.array([1.0, 0.0, -2.0]), np.array([2, 0, 3])
     one, two = (arcs.uniform(start, end, bend, counts, np.random.default_rng(3)) for _ in range(2))
     assert (one == two).all() and (one[:2, 0] < 1).all() and (one[2:, 0] > 20).all() and len(one) == 5
     assert arcs.uniform(start, end, bend, np.zeros(3, int), np.random.default_rng(3)).shape == (0, 2)

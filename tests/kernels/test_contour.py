@@ -106,7 +106,7 @@ def judge(values, level, x=None, y=None):
             assert len(line) > 1
             if not (line[0] == line[-1]).all():
                 assert at_border(line[0], x, y, border) and at_border(line[-1], x, y, border), "a dangling end"
-    assert [len(r.offsets) for r in results][0] == len(results[1].offsets)
+    assert len(results[0].offsets) == len(results[1].offsets)
     if np.isfinite(values).all():
         above, below, saddles, _ = truth(values, level)
         assert sorted(saddles) == results[1].saddle_cell.tolist()
@@ -253,9 +253,7 @@ def test_near_degenerate_saddles_are_decided_exactly():
         f[1] *= -1
         f[2] = -f[0] * f[3] / -f[1]
         f = np.nextafter(f, random.choice([-1, 1], 4) * np.inf) + 5e5
-        exact = (Fraction(f[0]) - 500000) * (Fraction(f[3]) - 500000) - (Fraction(f[1]) - 500000) * (
-            Fraction(f[2]) - 500000
-        )
+        exact = (Fraction(f[0]) - 500000) * (Fraction(f[3]) - 500000) - (Fraction(f[1]) - 500000) * (Fraction(f[2]) - 500000)
         det = bilinear.determinant(*f, 500000.0)
         assert np.sign(det) == np.sign(float(exact)) and det == pytest.approx(float(exact), rel=5e-13, abs=0)
         g = f - 500000.0
@@ -276,9 +274,7 @@ def test_bends_against_rational_arithmetic():
         b, c = f01 - f00, f00 + f11 - f10 - f01
         p, q = segments(result)
         for start, end, bend in zip(p, q, result.bend, strict=True):
-            ratio = [
-                b + c * x_exact(values.ravel().tolist(), Fraction(level), point.tolist()) for point in (start, end)
-            ]
+            ratio = [b + c * x_exact(values.ravel().tolist(), Fraction(level), point.tolist()) for point in (start, end)]
             expected = float(ratio[1] / ratio[0] - 1)
             assert bend == pytest.approx(math.log1p(expected), rel=1e-12, abs=1e-15)
 
