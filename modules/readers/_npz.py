@@ -158,7 +158,8 @@ def _read(path: Path, name: str, stride: int) -> tuple[NDArray[Any], float]:
             data = file.read(count * width)
             if len(data) != count * width:
                 there = start + len(data) // max(width, 1)
-                raise ReadError(f"{path.name!r} ends early, after {there} of the {lines} rows of {name!r}: copy or download it again")
+                ends = f"ends early, after {there} of the {lines} rows of {name!r}"
+                raise ReadError(f"{path.name!r} {ends}: copy or download it again")
             block = np.frombuffer(data, header.dtype).reshape(count, across)
             largest = max(largest, _largest(block))
             parts.append(block[-start % stride :: stride, ::stride] if len(shape) == 2 else block)
@@ -202,8 +203,8 @@ def _between(first: float, last: float, n: int, step: NDArray[Any] | None) -> Fl
     h = float(step) if step is not None and step.shape == () else 0.0
     if h and abs(abs(last - first) / abs(h) - n) < 0.25:
         width = (last - first) / n
-        return first + width * (np.arange(n) + 0.5)
-    return np.asarray(np.linspace(first, last, n), dtype=float)
+        return np.asarray(first + width * (np.arange(n) + 0.5), dtype=np.float64)
+    return np.asarray(np.linspace(first, last, n), dtype=np.float64)
 
 
 def _stated(path: Path, headers: Mapping[str, Header], chosen: str, full: tuple[int, int]) -> tuple[Stated, ...]:
@@ -216,7 +217,8 @@ def _stated(path: Path, headers: Mapping[str, Header], chosen: str, full: tuple[
         value = np.asarray(_read(path, name, 1)[0], dtype=float)
         value = value.reshape(full) if value.ndim else value
         if not np.isfinite(value).all() or (value < 0).any():
-            raise ReadError(f"{name!r} of {path.name!r} should hold standard deviations; it holds negative sizes, NaN or infinity")
+            holds = "it holds negative sizes, NaN or infinity"
+            raise ReadError(f"{name!r} of {path.name!r} should hold standard deviations; {holds}")
         rule = f"{name!r} in the file, taken as independent standard deviations (companion array/1)"
         found.append(Stated(name=f"Stated by {name}", what=name, kind="linear", value=value, rule=rule))
     return tuple(found)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modules.data.accuracy import Flag
 from modules.data.grid import Frame, Rectilinear, Regular
@@ -38,13 +40,13 @@ def place(raw: Raw, spacing: tuple[float, float] | None, lengths: str, north_fir
     """
     rows, columns = raw.full
     hx, hy = spacing or (1.0, 1.0)
-    x: Floats = hx * np.arange(columns) if spacing or raw.x is None else raw.x
-    y: Floats = hy * np.arange(rows) if spacing or raw.y is None else raw.y
+    x: NDArray[Any] = hx * np.arange(columns) if spacing or raw.x is None else raw.x
+    y: NDArray[Any] = hy * np.arange(rows) if spacing or raw.y is None else raw.y
     north = raw.north_first if raw.y is None else bool(raw.y[0] > raw.y[-1])
     north = north if north_first is None else north_first
     y = y[::-1] if rows > 1 and bool(north) != bool(y[0] > y[-1]) else y
     tolerances = (_rounding(x), _rounding(y))
-    x, y = np.asarray(x, float), np.asarray(y, float)
+    x, y = x.astype(np.float64), y.astype(np.float64)
     unit = lengths or raw.lengths
     crs, flags, scales = raw.crs, [], (1.0, 1.0)
     if unit in DEGREES:
@@ -108,7 +110,7 @@ def metres_per_degree(latitude: float) -> tuple[float, float]:
     return float(east), float(north)
 
 
-def _rounding(axis: Floats) -> float:
+def _rounding(axis: NDArray[Any]) -> float:
     """How far stored coordinates may lie from evenly spaced ones by their own rounding."""
     if axis.dtype.kind != "f":
         return 0.0

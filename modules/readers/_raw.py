@@ -62,8 +62,8 @@ class Raw:
     half: Floats
     stored: str
     name: str = ""
-    x: Floats | None = None
-    y: Floats | None = None
+    x: NDArray[Any] | None = None
+    y: NDArray[Any] | None = None
     north_first: bool | None = None
     unit: str = ""
     lengths: str = ""
