@@ -127,4 +127,4 @@ def _cloud(lines: Geometry, counts: NDArray[np.int64], factor: float, random: np
 def _number(value: float) -> str:
     if 1e3 <= value < 1e9:
         return f"{value:,.0f}".replace(",", "\u2009")
-    return f"{value:.3g}" if 1e-3 <= value < 1e3 else f"{value:.0e}"
+    return f"{value:.3g}" if 1e-4 <= value < 1e3 else f"{value:.0e}"

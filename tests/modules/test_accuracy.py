@@ -166,7 +166,7 @@ def test_ended_terms_are_told_and_a_term_alive_elsewhere_stays_alive() -> None:
 
 def test_the_same_source_twice_on_one_quantity_is_refused() -> None:
     term = deviation("sensor", 1.0, 3)
-    with pytest.raises(ValueError, match="Accuracy.join"):
+    with pytest.raises(ValueError, match=r"Accuracy\.join"):
         Accuracy((term, term))
     area = replace(term, quantity="area")
     assert len(Accuracy((term, area)).terms) == 2

@@ -122,13 +122,15 @@ def test_any_chain_folds_like_its_matrix(words: list[str], seed: int) -> None:
     operator: Operator = Identity(n)
     matrix = np.eye(n)
     for word in words:
-        step: Operator = {
-            "smooth": lambda: smoothing(lattice),
-            "scale": lambda: scaling(random.normal(size=n)),
-            "gather": lambda: gather(n, n, 3, int(random.integers(99))),
-            "sum": lambda: Sum((Identity(n), scaling(np.full(n, -0.5)))),
-            "select": lambda: select(random.integers(0, n, n), n),
-        }[word]()
+        step: Operator = smoothing(lattice)
+        if word == "scale":
+            step = scaling(random.normal(size=n))
+        elif word == "gather":
+            step = gather(n, n, 3, int(random.integers(99)))
+        elif word == "sum":
+            step = Sum((Identity(n), scaling(np.full(n, -0.5))))
+        elif word == "select":
+            step = select(random.integers(0, n, n), n)
         operator, matrix = step.after(operator), dense(step) @ matrix
     assert np.allclose(fold("linear", np.asarray(1.0), operator), np.sqrt((matrix**2).sum(axis=1)), rtol=1e-10, atol=1e-12)
     assert np.allclose(fold("bound", np.asarray(1.0), operator), np.abs(matrix).sum(axis=1), rtol=1e-10, atol=1e-12)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from modules.api import (
     EXACT,
@@ -17,12 +18,16 @@ from modules.api import (
     Field,
     Frame,
     Geometry,
+    Grid,
+    Identity,
     Model,
     Primitive,
     Rectilinear,
     Regular,
     Samples,
+    Source,
     Table,
+    Term,
     Unstructured,
     Value,
     bound,
@@ -50,7 +55,8 @@ def test_the_four_grids_of_the_taxonomy() -> None:
     assert (loose.shape, loose.cells, loose.dimensions) == ((4,), 2, 2)
     stretched = Rectilinear((np.array([0.0, 1, 4]), np.array([0.0, 2])))
     assert stretched.shape == (2, 3)
-    for grid in (bent, loose, stretched, regular((2, 2))):
+    grids: list[Grid] = [bent, loose, stretched, regular((2, 2))]
+    for grid in grids:
         assert len(grid.points()) == grid.count
         assert pickle.loads(pickle.dumps(grid)).same_place(grid)
 
@@ -84,7 +90,7 @@ def test_axes_of_different_units_have_no_length() -> None:
     assert Frame(units=("m", "m", "")).length_unit(2) == "m"
 
 
-def trilinear(p: np.ndarray, c: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]  # float arrays
+def trilinear(p: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
     x, y, z = p.T
     terms = np.array([np.ones_like(x), x, y, z, x * y, x * z, y * z, x * y * z])
     return np.asarray(c @ terms)
@@ -136,7 +142,7 @@ def test_the_law_has_no_error_at_the_samples_and_the_right_one_between() -> None
 def test_nearest_takes_the_closest_sample_and_says_what_that_costs() -> None:
     samples = Samples.from_array(np.array([[0.0, 1, 4], [0, 1, 4]]), accuracy=EXACT)
     model = Model.between(samples, "nearest")
-    values, accuracy = model.at([[0.4, 0, 0], [0.6, 0, 0], [2, 1, 0]])
+    values, accuracy = model.at(np.array([[0.4, 0, 0], [0.6, 0, 0], [2, 1, 0]]))
     assert values.tolist() == [0, 1, 4]
     assert np.allclose(accuracy.terms[0].error(), [-0.4, 0.4, 0])
     assert model.gradient([[0.4, 0, 0]])[0].tolist() == [[0, 0, 0]]
@@ -145,7 +151,7 @@ def test_nearest_takes_the_closest_sample_and_says_what_that_costs() -> None:
 def test_errors_of_the_samples_go_through_the_weights() -> None:
     n = 9
     samples = Samples.from_array(np.zeros((3, 3)), accuracy=EXACT.add(deviation("s", 1.0, n), bound("b", 0.5, n)))
-    _, accuracy = Model.between(samples).at([[0.5, 0.5, 0], [1, 1, 0], [0.5, 1, 0]])
+    _, accuracy = Model.between(samples).at(np.array([[0.5, 0.5, 0], [1, 1, 0], [0.5, 1, 0]]))
     sizes = {t.name: t.size() for t in accuracy.terms}
     assert np.allclose(sizes["s"], [0.5, 1, np.sqrt(0.5)])
     assert np.allclose(sizes["b"], 0.5)
@@ -155,7 +161,7 @@ def test_vector_samples_have_a_value_and_an_error_per_component() -> None:
     field = np.random.default_rng(0).normal(size=(3, 4, 5, 3))
     samples = Samples.from_array(field, accuracy=EXACT.add(replace(deviation("s", 1.0, field.size), components=3)))
     model = Model.between(samples)
-    values, accuracy = model.at([[1, 2, 1], [0.5, 0.5, 0.5]])
+    values, accuracy = model.at(np.array([[1, 2, 1], [0.5, 0.5, 0.5]]))
     assert np.allclose(values[0], field[1, 2, 1])
     assert np.allclose(values[1], field[:2, :2, :2].reshape(-1, 3).mean(axis=0))
     assert accuracy.terms[0].error().shape == (2, 3)
@@ -167,20 +173,20 @@ def test_vector_samples_have_a_value_and_an_error_per_component() -> None:
 def test_points_outside_are_refused_with_the_first_of_them() -> None:
     model = Model.between(Samples.from_array(np.zeros((3, 3)), accuracy=EXACT))
     with pytest.raises(ValueError, match="1 of 2 points lie outside the grid, the first at 3, 0, 0; x goes from 0 to 2"):
-        model.at([[1, 1, 0], [3, 0, 0]])
-    assert model.at([[2 + 1e-12, 0, 0]])[0] == 0
+        model.at(np.array([[1, 1, 0], [3, 0, 0]]))
+    assert model.at(np.array([[2 + 1e-12, 0, 0]]))[0] == 0
 
 
 def test_beside_a_hole_the_model_error_is_not_made_up() -> None:
     values = np.arange(81.0).reshape(9, 9) ** 2
     values[4, 4] = np.nan
     model = Model.between(Samples.from_array(values, accuracy=EXACT))
-    inside, accuracy = model.at([[0.5, 0.5, 0], [1, 1, 0]])
+    inside, accuracy = model.at(np.array([[0.5, 0.5, 0], [1, 1, 0]]))
     assert np.isfinite(inside).all()
     assert not accuracy.missing
     two = Model.between(Samples.from_array(np.ones((2, 2)), accuracy=EXACT))
     assert two.accuracy.rigour() == "unknown"
-    assert two.at([[0.5, 0.5, 0]])[1].rigour() == "unknown"
+    assert two.at(np.array([[0.5, 0.5, 0]]))[1].rigour() == "unknown"
 
 
 def test_second_derivative_of_uneven_axes_is_exact_for_parabolas() -> None:
@@ -219,9 +225,8 @@ def test_an_accuracy_of_something_else_is_refused() -> None:
 
 def test_a_sphere_carries_errors_of_its_centre_and_radius() -> None:
     """Thesis 2.3.1: (xc, yc, zc, r) with (dxc, dyc, dzc) and dr."""
-    from modules.api import Identity, Source, Term
-
-    centre = Term(Source("fit", "mapping", "estimated"), "linear", "centre", "m", np.array([0.1, 0.1, 0.2]), Identity(3), "point", 3)
+    fit = Source("fit", "mapping", "estimated")
+    centre = Term(fit, "linear", "centre", "m", np.array([0.1, 0.1, 0.2]), Identity(3), "point", 3)
     radius = bound("fit of the radius", 0.05, 1, quantity="radius", unit="m")
     sphere = Primitive(
         kind="sphere", values={"centre": np.zeros(3), "radius": np.ones(1)}, accuracy=EXACT.add(centre, radius)
