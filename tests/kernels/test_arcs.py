@@ -17,30 +17,29 @@ sides = st.floats(1e-3, 10.0)
 signs = st.sampled_from([-1.0, 1.0])
 
 
-def area_in_decimals(dx, dy, w):
-    dx, dy, w = (abs(Decimal(float(z))) for z in (dx, dy, w))
-    with_digits = w if w > Decimal("1e-12") else None
-    if with_digits is None:
-        return float(dx * dy * w / 6)
-    sinh = (w.exp() - (-w).exp()) / 2
-    half = ((w / 2).exp() - (-w / 2).exp()) / 2
-    return float(dx * dy * (sinh - w) / (4 * half * half))
+def area_in_decimals(dx: float, dy: float, w: float) -> float:
+    rectangle, bend = abs(Decimal(dx) * Decimal(dy)), Decimal(w)
+    if w < 1e-12:  # 60 digits would not be enough
+        return float(rectangle * bend / 6)
+    sinh = (bend.exp() - (-bend).exp()) / 2
+    half = ((bend / 2).exp() - (-bend / 2).exp()) / 2
+    return float(rectangle * (sinh - bend) / (4 * half * half))
 
 
 @settings(derandomize=True, max_examples=300, deadline=None)
 @given(sides, sides, bends)
-def test_area_is_right_for_every_bend(dx, dy, w):
+def test_area_is_right_for_every_bend(dx: float, dy: float, w: float) -> None:
     assert arcs.area(dx, -dy, -w) == pytest.approx(area_in_decimals(dx, dy, w), rel=1e-13, abs=1e-320)
 
 
-def test_area_of_a_right_angle_is_half_the_rectangle_and_of_a_chord_nothing():
+def test_area_of_a_right_angle_is_half_the_rectangle_and_of_a_chord_nothing() -> None:
     assert arcs.area(3.0, -2.0, arcs.TURN) == 3.0
     assert arcs.area(3.0, -2.0, 0.0) == 0.0
 
 
 @settings(derandomize=True, max_examples=200, deadline=None)
 @given(sides, sides, signs, signs, bends, signs)
-def test_halving_leaves_at_most_a_quarter(dx, dy, sx, sy, w, sw):
+def test_halving_leaves_at_most_a_quarter(dx: float, dy: float, sx: float, sy: float, w: float, sw: float) -> None:
     p, q = np.zeros(2), np.array([sx * dx, sy * dy])
     r = arcs.point(p, q, sw * w, 0.5)
     left = arcs.area(r[0], r[1], w / 2) + arcs.area(q[0] - r[0], q[1] - r[1], w / 2)
@@ -48,7 +47,7 @@ def test_halving_leaves_at_most_a_quarter(dx, dy, sx, sy, w, sw):
     assert left <= arcs.area(dx, dy, w) / 4 * (1 + 1e-12) + 1e-15 * dx * dy * max(1.0, -math.log(1e-16))
 
 
-def test_the_points_of_an_arc_lie_on_its_hyperbola():
+def test_the_points_of_an_arc_lie_on_its_hyperbola() -> None:
     for w in (-7.0, -0.5, 1e-9, 0.3, 4.0, 30.0):
         dx, dy = 2.0, -0.7
         x_p, y_p = dx / math.expm1(w), dy / math.expm1(-w)  # from the saddle
@@ -61,7 +60,7 @@ def test_the_points_of_an_arc_lie_on_its_hyperbola():
 
 @pytest.mark.parametrize("w", [0.0, 1e-17, 0.1, 40.0, arcs.TURN])
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_ends_are_exact_and_a_right_angle_turns_at_the_corner(w, sign):
+def test_ends_are_exact_and_a_right_angle_turns_at_the_corner(w: float, sign: int) -> None:
     p, q = np.array([0.1, 0.7]), np.array([0.3, 1e9])
     assert (arcs.point(p, q, sign * w, 0.0) == p).all()
     assert (arcs.point(p, q, sign * w, 1.0) == q).all()
@@ -72,7 +71,7 @@ def test_ends_are_exact_and_a_right_angle_turns_at_the_corner(w, sign):
 
 @settings(derandomize=True, max_examples=100, deadline=None)
 @given(sides, sides, signs, st.floats(1e-3, 30.0), signs)
-def test_sagitta_and_length_against_dense_sampling(dx, dy, sy, w, sw):
+def test_sagitta_and_length_against_dense_sampling(dx: float, dy: float, sy: float, w: float, sw: float) -> None:
     p, q = np.zeros(2), np.array([dx, sy * dy])
     t = np.linspace(0, 1, 20001)
     at = arcs.point(p, q, sw * w, t)
@@ -83,7 +82,7 @@ def test_sagitta_and_length_against_dense_sampling(dx, dy, sy, w, sw):
     assert arcs.length(dx, sy * dy, sw * w) == pytest.approx((4 * chords[0] - chords[1]) / 3, rel=1e-8)
 
 
-def test_length_at_its_ends():
+def test_length_at_its_ends() -> None:
     assert arcs.length(3.0, -4.0, 0.0) == 5.0
     assert arcs.length(3.0, -4.0, arcs.TURN) == pytest.approx(7.0, rel=1e-14)
     assert arcs.length(0.0, -4.0, 2.0) == 4.0
@@ -97,10 +96,11 @@ def test_length_at_its_ends():
     assert both[0] == pytest.approx(both[1], rel=1e-7)
 
 
-def test_halvings_are_enough_and_one_less_is_not_for_a_flat_arc():
+def test_halvings_are_enough_and_one_less_is_not_for_a_flat_arc() -> None:
     dx, dy, w = 1.0, 1.0, 1e-3
     area = arcs.area(dx, dy, w)
-    assert arcs.halvings([area, 4.0**5, 0.0, 17.0], [area, 1.0, 1.0, 1.0]).tolist() == [0, 5, 0, 3]
+    assert arcs.halvings(area, area) == 0
+    assert arcs.halvings([4.0**5, 0.0, 17.0], 1.0).tolist() == [5, 0, 3]
     n = int(arcs.halvings(area, area / 1000))
     ends = arcs.point(np.zeros(2), np.array([dx, dy]), w, np.linspace(0, 1, 2**n + 1))
     step = np.diff(ends, axis=0)
@@ -110,7 +110,7 @@ def test_halvings_are_enough_and_one_less_is_not_for_a_flat_arc():
 
 
 @pytest.mark.parametrize("w", [1e-3, -0.7, 5.0, -30.0])
-def test_dust_lies_strictly_between_and_evenly(w):
+def test_dust_lies_strictly_between_and_evenly(w: float) -> None:
     p, q, n = np.array([1.0, 2.0]), np.array([4.0, 1.0]), 40_000
     dust = arcs.uniform(p[None], q[None], np.array([w]), np.array([n]), np.random.default_rng(1))
     x, y = dust[:, 0], dust[:, 1]
@@ -132,7 +132,7 @@ def test_dust_lies_strictly_between_and_evenly(w):
     assert np.abs(np.histogram(x, edges)[0] - expected).max() < 5 * math.sqrt(n / 10)
 
 
-def test_dust_comes_in_the_order_of_the_arcs_from_a_named_source():
+def test_dust_comes_in_the_order_of_the_arcs_from_a_named_source() -> None:
     start = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]])
     end, bend, counts = start + 1.0, np.array([1.0, 0.0, -2.0]), np.array([2, 0, 3])
     one, two = (arcs.uniform(start, end, bend, counts, np.random.default_rng(3)) for _ in range(2))

@@ -1,12 +1,17 @@
 """The kernels of the accuracy algebra, against dense matrices."""
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 from modules.kernels import operators
 
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Gather = tuple[Integers, Floats, Floats]
 
-def dense(index, weight, n_in):
+
+def dense(index: Integers, weight: Floats, n_in: int) -> Floats:
     matrix = np.zeros((len(index), n_in))
     for i, (columns, weights) in enumerate(zip(index, weight, strict=True)):
         for j, w in zip(columns, weights, strict=True):
@@ -15,7 +20,7 @@ def dense(index, weight, n_in):
 
 
 @pytest.fixture
-def gather():
+def gather() -> Gather:
     random = np.random.default_rng(5)
     index = random.integers(0, 60, (200, 8))
     index[:50, 3] = index[:50, 1]  # doubled columns
@@ -25,22 +30,26 @@ def gather():
     return index, weight, random.standard_normal(60)
 
 
-def test_fold_against_a_dense_matrix(gather):
+def test_fold_against_a_dense_matrix(gather: Gather) -> None:
     index, weight, value = gather
     for v in (value, np.float64(0.7)):
         rows = dense(index, weight, 60) * v
-        expected = {"linear": np.sqrt((rows**2).sum(1)), "bound": np.abs(rows).sum(1), "signed": rows.sum(1)}
+        expected: dict[operators.Kind, Floats] = {
+            "linear": np.sqrt((rows**2).sum(1)),
+            "bound": np.abs(rows).sum(1),
+            "signed": rows.sum(1),
+        }
         for kind, sizes in expected.items():
             assert operators.gather_fold(index, weight, v, kind) == pytest.approx(sizes, rel=1e-13, abs=1e-14)
 
 
-def test_a_field_minus_itself_has_no_error():
+def test_a_field_minus_itself_has_no_error() -> None:
     index, weight = np.array([[4, 4]]), np.array([[1.0, -1.0]])
     assert operators.gather_fold(index, weight, np.ones(9), "linear") == 0
     assert operators.gather_fold(index, weight, 1.0, "bound") == 0
 
 
-def averaging(size, taps):
+def averaging(size: int, taps: list[float]) -> Floats:
     """Dense matrix of a stencil whose ends repeat the border sample."""
     matrix = np.zeros((size, size))
     for p in range(size):
@@ -49,7 +58,7 @@ def averaging(size, taps):
     return matrix
 
 
-def band_of(covariance, reach):
+def band_of(covariance: Floats, reach: int) -> Floats:
     size = len(covariance)
     band = np.full((size, 2 * reach + 1), np.nan)  # outside the lattice nothing may be read
     for p in range(size):
@@ -60,7 +69,7 @@ def band_of(covariance, reach):
 
 
 @pytest.mark.parametrize("lattice", [(4, 5, 6), (1, 7, 3), (1, 1, 9), (2, 1, 1)])
-def test_variance_of_a_gather_over_stencils_against_a_dense_matrix(lattice):
+def test_variance_of_a_gather_over_stencils_against_a_dense_matrix(lattice: tuple[int, int, int]) -> None:
     random = np.random.default_rng(6)
     taps = [[0.25, 0.5, 0.25], [-0.1, 0.2, 0.5, 0.3, 0.1], [-0.5, 0.0, 0.5]]
     stencils = [averaging(size, t) if size > 1 else np.eye(1) for size, t in zip(lattice, taps, strict=True)]
@@ -75,7 +84,7 @@ def test_variance_of_a_gather_over_stencils_against_a_dense_matrix(lattice):
     assert (got >= 0).all()
 
 
-def test_what_does_not_fit_is_refused():
+def test_what_does_not_fit_is_refused() -> None:
     index, weight, one = np.array([[0, 9]]), np.ones((1, 2)), np.ones((1, 1))
     with pytest.raises(IndexError, match="outside"):
         operators.gather_fold(index, weight, np.ones(9), "bound")
@@ -88,10 +97,10 @@ def test_what_does_not_fit_is_refused():
     with pytest.raises(ValueError, match="band"):
         operators.stencil_gather_variance(index, weight, (1, 1, 10), one, one, np.ones((10, 2)))
     with pytest.raises(ValueError, match="kind"):
-        operators.gather_fold(index, weight, 1.0, "members")
+        operators.gather_fold(index, weight, 1.0, "members")  # type: ignore[arg-type]  # wrong on purpose
 
 
-def test_read_only_and_other_types_are_welcome(gather):
+def test_read_only_and_other_types_are_welcome(gather: Gather) -> None:
     index, weight, value = gather
     value.flags.writeable = False
     got = operators.gather_fold(index.astype(np.int32), weight, value, "bound")
