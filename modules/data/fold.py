@@ -17,6 +17,9 @@ from modules.data.operators import Floats, Gather, Identity, Ints, Operator, Ste
 Kind = Literal["linear", "bound", "signed", "members", "metric"]
 Check = Callable[[float], object]
 
+MANY = 8_192
+"""From so many rows on the compiled way is worth its loading."""
+
 WIDEST = 64
 """Most entries a row that are composed before the general way takes over."""
 
@@ -78,6 +81,8 @@ def _entries(kind: Kind, value: Floats, index: Ints, weight: Floats) -> Floats:
         return np.asarray((weight * (value if value.ndim == 0 else value[index])).sum(axis=1))
     if index.shape[1] == 1 and kind != "members":
         return np.abs(weight[:, 0] * (value if value.ndim == 0 else value[index[:, 0]]))
+    if kind != "members" and len(index) >= MANY:
+        return np.asarray(kernels.operators.gather_fold(index, weight, value, kind))
     n_in = int(index.max()) + 1 if index.size else 0
     return _general(kind, value, fixed(index, weight, n_in))
 

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from modules.data.fold import fold
+from modules.data.fold import Kind, fold
 from modules.data.operators import (
     Chain,
     Gather,
@@ -99,6 +99,14 @@ def test_one_sigma_through_stencils_is_exact_at_the_borders_too(lattice: tuple[i
     for operator in (twice, gather(40, n, 5).after(twice), stencil(lattice, 0, (-1, 1), (-0.5, 0.5)).after(twice)):
         general = np.sqrt((dense(operator) ** 2).sum(axis=1)) * 0.3
         assert np.allclose(fold("linear", np.asarray(0.3), operator), general, rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize("kind", ["linear", "bound", "signed"])
+def test_many_rows_fold_like_few(kind: Kind) -> None:
+    operator = gather(30_000, 50, 4)
+    value = np.random.default_rng(1).uniform(0.1, 1, 50)
+    few = np.concatenate([fold(kind, value, operator, np.arange(a, a + 1000)) for a in range(0, 30_000, 1000)])
+    assert np.allclose(fold(kind, value, operator), few, rtol=1e-12, atol=1e-14)
 
 
 def test_a_stencil_may_change_the_length_of_its_axis() -> None:
