@@ -81,7 +81,7 @@ def _entries(kind: Kind, value: Floats, index: Ints, weight: Floats) -> Floats:
         return np.asarray((weight * (value if value.ndim == 0 else value[index])).sum(axis=1))
     if index.shape[1] == 1 and kind != "members":
         return np.abs(weight[:, 0] * (value if value.ndim == 0 else value[index[:, 0]]))
-    if kind != "members" and len(index) >= MANY:
+    if (kind == "linear" or kind == "bound") and len(index) >= MANY:
         return np.asarray(kernels.operators.gather_fold(index, weight, value, kind))
     n_in = int(index.max()) + 1 if index.size else 0
     return _general(kind, value, fixed(index, weight, n_in))
