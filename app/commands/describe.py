@@ -48,7 +48,8 @@ def description(record: Module) -> Iterator[str]:
 
 def examples(record: Module) -> list[str]:
     """Names of the packaged networks in which a module stands."""
-    return [name for name, path in paths.networks().items() if {record.id, *record.was} & set(_modules(path.read_text("utf-8")))]
+    ids = {record.id, *record.was}
+    return [name for name, path in paths.networks().items() if ids & set(_modules(path.read_text("utf-8")))]
 
 
 def _modules(text: str) -> Iterator[str]:

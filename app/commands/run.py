@@ -1,0 +1,179 @@
+"""`nonius run NETWORK`: run it, write what is asked for, say what is known of its accuracy."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import io
+import json
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from app import paths
+from app.commands import nets, pictures, wave
+from app.commands.console import Console, Usage
+from app.commands.outbox import Outbox
+from app.commands.pictures import Out
+from app.engine import check as legal
+from app.engine.catalogue import Catalogue
+from app.engine.demands import Demand, Verdict
+from app.engine.errors import NetworkError
+from app.engine.network import Network
+from modules.data.wires import Geometry, Model, Samples, Scene, Table
+
+SUFFIXES: Mapping[type, tuple[str, ...]] = {
+    Scene: (".png",),
+    Geometry: (".vtp",),
+    Samples: (".vti", ".vtr", ".vts", ".vtu"),
+    Model: (".vti", ".vtr", ".vts", ".vtu"),
+    Table: (".csv",),
+}
+"""What can be written, and as what."""
+
+FAILED, UNMET = 1, 3
+
+
+def run(options: argparse.Namespace, console: Console) -> int:
+    """Run a network; the exit code says how it went."""
+    demands = [Demand.of(text) for text in options.demands]
+    catalogue = Catalogue.load()
+    found = nets.edited(nets.find(options.network, catalogue), options.edits, catalogue)
+    network = found.network
+    for warning in found.warnings:
+        console.complain(f"nonius: {warning}")
+    for demand in demands:
+        demand.against(network, catalogue)
+    outs = [asked(text, network, catalogue) for text in options.outs] or default(network, found.name, catalogue)
+    if found.kind == "picture":
+        for line in nets.reads(network, catalogue):
+            console.say(line)
+    with Outbox() as outbox:
+        for out in outs:
+            writable(out)
+        outcome = wave.watch(network, _wanted(network, outs, demands, bool(options.outs)), catalogue, console, options.threads)
+        verdicts = _judged(demands, outcome, network)
+        captions = _write(outs, outcome, outbox, found, catalogue, console)
+        code = FAILED if outcome.errors or outcome.blocked else UNMET if not all(v.met for v in verdicts) else 0
+        if options.report:
+            outbox.put(Path(options.report), _report(found, outcome, verdicts, outs, code))
+        written = outbox.commit()
+    for verdict in verdicts:
+        (console.say if verdict.met else console.complain)(str(verdict) if verdict.met else f"nonius: {verdict}")
+    for path in written:
+        console.say(f"wrote {path}")
+        if path in captions:
+            console.say(f"  {captions[path]}")
+    return code
+
+
+def asked(text: str, network: Network, catalogue: Catalogue) -> Out:
+    """One `--out NODE[.OUTPUT]=FILE`.
+
+    Raises
+    ------
+    NetworkError : no such node or output, or a file it cannot be written to
+    """
+    name, equals, file = text.partition("=")
+    node, _, output = name.strip().partition(".")
+    if not equals or not file.strip():
+        raise Usage(f"--out {text!r}: write it as NODE=FILE or NODE.OUTPUT=FILE, such as view-1=picture.png")
+    record = legal.known(network[node].module, node, catalogue)
+    kind = legal.offered(node, record, output or record.outputs[0].name)
+    out = Out(node, kind.name, kind.type, Path(file.strip()).expanduser())
+    suffixes = SUFFIXES.get(kind.type)
+    if suffixes is None:
+        raise Usage(f"--out {text!r}: no file holds a {kind.type.__name__}: name a view, a shape, samples or a table")
+    if out.path.suffix.lower() not in suffixes:
+        took = out.path.suffix or "without a suffix"
+        raise Usage(f"--out {text!r}: a {kind.type.__name__} is written as {' or '.join(suffixes)}, not {took}")
+    return out
+
+
+def default(network: Network, name: str, catalogue: Catalogue) -> list[Out]:
+    """Each view to a picture in the current folder."""
+    views = [
+        (node, output)
+        for node in sorted(network.nodes)
+        if (record := catalogue.get(network.nodes[node].module))
+        for output in record.outputs
+        if output.type is Scene
+    ]
+    single = len(views) == 1
+    return [Out(n, o.name, o.type, Path(f"{name}.png" if single else f"{name}-{n}.png")) for n, o in views]
+
+
+def writable(out: Out) -> None:
+    """Complain before the work, not after it."""
+    if out.path.is_dir():
+        raise Usage(f"{str(out.path)!r} is a folder: name a file in it")
+    if not out.path.parent.is_dir():
+        raise Usage(f"there is no folder {str(out.path.parent)!r} to write {out.path.name!r} to: make it first")
+
+
+def _wanted(network: Network, outs: list[Out], demands: list[Demand], only: bool) -> list[str]:
+    ends = [] if only else list(network.sinks())
+    return list(dict.fromkeys([*(o.node for o in outs), *(d.node for d in demands), *ends]))
+
+
+def _judged(demands: list[Demand], outcome: wave.Outcome, network: Network) -> list[Verdict]:
+    verdicts = []
+    for demand in demands:
+        entry = outcome.entries.get(demand.node)
+        if entry is None:
+            verdicts.append(Verdict(demand.text, False, float("nan"), "", f"{demand.node} gave no result"))
+        else:
+            verdicts.append(demand.judge(wave.output(entry, demand.output), network.k))
+    return verdicts
+
+
+def _write(
+    outs: list[Out], outcome: wave.Outcome, outbox: Outbox, found: nets.Found, catalogue: Catalogue, console: Console
+) -> dict[Path, str]:
+    """Stage all that has a result; captions of the pictures."""
+    captions = {}
+    for out in outs:
+        entry = outcome.entries.get(out.node)
+        if entry is None:
+            continue
+        value = entry.outputs[out.output]
+        if isinstance(value, Scene):
+            console.progress(f"drawing {out.path.name}", 0.0)
+            tell = partial(console.progress, f"certifying {out.path.name}")
+            captions[out.path] = pictures.write(value, out, outbox, found, outcome.keys, catalogue, tell)
+        elif isinstance(value, Table):
+            outbox.put(out.path, table(value))
+        else:
+            from modules.data import exchange
+
+            exchange.save(value, outbox.place(out.path))
+    return captions
+
+
+def table(value: Table) -> bytes:
+    """A table as CSV: a header with units, numbers in full, UTF-8."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    units = value.units
+    writer.writerow([f"{name} [{units[name]}]" if units.get(name) else name for name in value.columns])
+    for row in zip(*(column.tolist() for column in value.columns.values()), strict=True):
+        writer.writerow([repr(cell) if isinstance(cell, float) else cell for cell in row])
+    return text.getvalue().encode()
+
+
+def _report(found: nets.Found, outcome: wave.Outcome, verdicts: list[Verdict], outs: list[Out], code: int) -> bytes:
+    content: dict[str, Any] = {
+        "report": 1,
+        "network": found.name,
+        "k": found.network.k,
+        "exit": code,
+        "nodes": outcome.nodes,
+        "demands": [v.record() for v in verdicts],
+        "written": [{"node": o.node, "output": o.output, "file": o.path.as_posix()} for o in outs if o.node in outcome.entries],
+        "versions": paths.versions(),
+    }
+    try:
+        return (json.dumps(content, ensure_ascii=False, allow_nan=False, indent=1) + "\n").encode()
+    except ValueError as error:
+        raise NetworkError(f"the report cannot be written: {error}") from None
