@@ -210,14 +210,16 @@ def _at_risk(
     segment_cell: NDArray[np.int64],
 ) -> list[Flag]:
     """Segments of cells whose saddle is closer to the level than the errors of the values reach."""
-    hit, count = [np.zeros(0, np.int64)], 0
-    for d, level in zip(drawn, levels, strict=True):
-        if not len(d.saddle_cell):
-            continue
-        _, there = model.at(slopes.saddles(model, d.saddle_cell))
-        risky = d.saddle_cell[d.saddle_margin <= there.total(2.0, "value")]
+    if not any(len(d.saddle_cell) for d in drawn):
+        return []
+    _, there = model.at(slopes.saddles(model, np.concatenate([d.saddle_cell for d in drawn])))
+    reach = np.split(there.total(2.0, "value"), np.cumsum([len(d.saddle_cell) for d in drawn])[:-1])
+    hit, count = [], 0
+    for d, level, error in zip(drawn, levels, reach, strict=True):
+        risky = d.saddle_cell[d.saddle_margin <= error]
         count += len(risky)
-        hit.append(np.flatnonzero((segment_level == level) & np.isin(segment_cell, risky)))
+        if len(risky):
+            hit.append(np.flatnonzero((segment_level == level) & np.isin(segment_cell, risky)))
     if not count:
         return []
     words = f"the saddle of {count} cells is closer to the level than the known errors: lines may join the other way"
