@@ -29,7 +29,7 @@ from modules.api import (
     scaling,
 )
 from modules.data.geometry import points_of
-from modules.mappers import slopes
+from modules.mappers import _slopes as slopes
 
 Floats = NDArray[np.float64]
 
