@@ -250,6 +250,8 @@ def test_straight_arcs_get_no_extra_point() -> None:
     assert (result.bend == 0).all()
     chords = contour.lines(plane, np.arange(9.0), np.arange(6.0), 7.5, shoulder=False)
     assert (chords.points == result.points).all()
+    barely = judge(np.array([[0.0, 1.0], [2.0, np.nextafter(3.0, 4.0)]]), 1.2)  # c is one unit in the last place
+    assert barely.bend.tolist() == [0.0]
     twisted = judge(x * y, 0.0)  # both asymptotes, along grid lines
     assert (twisted.bend == 0).all()
     along = judge(np.array([[0.0, 0.0], [-1.0, -3.0]]), 0.0)  # F = -y (1 + 2 x): the contour is the lower edge
