@@ -133,8 +133,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     console = Console(quiet="--quiet" in words, verbose="--verbose" in words)
     try:
         return _dispatch(words, console)
-    except KeyboardInterrupt:
-        console.complain("nonius: cancelled")
+    except KeyboardInterrupt as stop:
+        console.complain(f"nonius: {stop or 'cancelled'}")
         return CANCELLED
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w")  # the reader has gone; nothing is left to say

@@ -15,6 +15,7 @@ from app.commands.nets import Found
 from app.commands.outbox import Outbox
 from app.engine import certificate, pngtext
 from app.engine.catalogue import Catalogue
+from app.engine.scheduler import upstream
 from modules.data.fold import Check
 
 
@@ -45,6 +46,7 @@ def write(
     drawn = picture.render(scene, k=network.k, **{name: view[name] for name in ("camera", "size") if name in view})
     folder = path.parent.absolute()
     text = certificate.stored(network, folder, catalogue)
+    mine = {name: keys[name] for name in sorted(upstream(network, [out.node]))}
     claims = {
         "accuracy": certificate.ACCURACY_FORMAT,
         "caption": drawn.legend.caption,
@@ -57,14 +59,14 @@ def write(
         "tolerance": certificate.TOLERANCE,
         "data": certificate.data_files(network, catalogue),
         "network": {"sha256": certificate.digest(text.encode()), "edits": list(found.edits), **_source(found, folder)},
-        "keys": dict(keys),
+        "keys": mine,
         "versions": paths.versions(),
     }
     png = pngtext.insert(
         _png(drawn.image),
         {
             certificate.NETWORK: text,
-            certificate.KEYS: json.dumps(keys, sort_keys=True),
+            certificate.KEYS: json.dumps(mine, sort_keys=True),
             certificate.ACCURACY: json.dumps(claims, ensure_ascii=False, allow_nan=False),
         },
     )
