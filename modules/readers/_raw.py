@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from modules.data.accuracy import Accuracy
+from modules.data.accuracy import Missing
 from modules.data.fold import Kind
 from modules.data.operators import Floats
 
@@ -53,7 +53,7 @@ class Raw:
     scale, offset : heights are scale * stored + offset, as the file says
     holes : (ny, nx) bool, where there is no value; None where all are
     stated : errors that the file states
-    ready : an accuracy that came with the file as it is, instead of all the rest
+    missing : errors that the file is known to have and does not state
     assumed : what was taken for granted, in words
     """
 
@@ -72,7 +72,6 @@ class Raw:
     offset: float = 0.0
     holes: NDArray[np.bool_] | None = None
     stated: tuple[Stated, ...] = ()
-    ready: Accuracy | None = None
-    time: float | None = None
+    missing: tuple[Missing, ...] = ()
     handed: str = "right"
-    assumed: tuple[str, ...] = field(default=())
+    assumed: tuple[str, ...] = ()

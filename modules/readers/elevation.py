@@ -29,7 +29,7 @@ from modules.api import (
 )  # fmt: skip
 from modules.data.accuracy import Rigour
 from modules.data.operators import Floats
-from modules.readers import _npz
+from modules.readers import _dem, _image, _npz, _text
 from modules.readers._files import ReadError, digest, existing
 from modules.readers._place import DEGREES, place
 from modules.readers._raw import Raw, Stated
@@ -40,6 +40,17 @@ Peeker = Callable[[Path], dict[str, Any]]
 FORMATS: Mapping[str, tuple[Loader, Peeker]] = {
     ".npz": (_npz.load, _npz.peek),
     ".npy": (_npz.load, _npz.peek),
+    ".dem": (_dem.load, _dem.peek),
+    ".png": (_image.load, _image.peek),
+    ".tif": (_image.load, _image.peek),
+    ".tiff": (_image.load, _image.peek),
+    ".jpg": (_image.load, _image.peek),
+    ".jpeg": (_image.load, _image.peek),
+    ".csv": (_text.load, _text.peek),
+    ".tsv": (_text.load, _text.peek),
+    ".txt": (_text.load, _text.peek),
+    ".xyz": (_text.load, _text.peek),
+    ".asc": (_text.load, _text.peek),
 }
 """Suffix -> how it is read, how it is looked at."""
 
@@ -54,8 +65,8 @@ def peek(path: Path) -> Mapping[str, Any]:
 
 
 def companions(path: Path) -> Sequence[Path]:
-    """No other file belongs to it."""
-    return ()
+    """Files that are read with it: the world file of a picture."""
+    return _image.companions(path) if path.suffix.lower() in _image.WORLD else ()
 
 
 @reader("Read elevation", output="samples", peek=peek, companions=companions)
@@ -199,7 +210,7 @@ def _accuracy(raw: Raw, sampling: Sampling, name: str) -> Accuracy:
     terms = [_term(rounding, raw, sampling, name, "proven")]
     terms += [_term(one, raw, sampling, name, "estimated") for one in raw.stated]
     missing = () if raw.stated else (Missing("Measurement error", "the file states none"),)
-    return Accuracy(tuple(terms), missing)
+    return Accuracy(tuple(terms), (*missing, *raw.missing))
 
 
 def _term(one: Stated, raw: Raw, sampling: Sampling, name: str, rigour: Rigour) -> Term:
@@ -241,7 +252,7 @@ def _flags(raw: Raw, values: NDArray[np.float64], spaced: bool, turned: bool) ->
     finite = values[np.isfinite(values)]
     if finite.size > 1 and finite.min() == finite.max():
         flags.append(Flag("constant", f"all values are {finite[0]:g}: there is nothing to see in this file"))
-    elif raw.values.dtype.kind == "f" and raw.half.ndim == 0 and (step := _step(raw.values)):
+    elif raw.values.dtype.kind == "f" and (step := _step(raw.values)) > 3 * raw.half.max():
         words = f"the file stores floating numbers, yet all are multiples of {step:g}: they were probably rounded to it before"
         flags.append(Flag("rounded before", words))
     return flags
