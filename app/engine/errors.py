@@ -122,6 +122,10 @@ class ModuleFailed(NoniusError):
         who = f"{place} ({self.title})" if place and self.title else place or self.title
         return f"{who}: {self.sentence}" if who else self.sentence
 
+    def forget(self) -> None:
+        """Let go of the frames it was raised in, and of the data in them; the text of the traceback stays."""
+        self.__traceback__ = self.__cause__ = self.__context__ = None
+
     def at(self, node: str) -> Self:
         """The same failure, of another node with the same key."""
         if node == self.node:

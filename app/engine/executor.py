@@ -163,27 +163,24 @@ class Engine:
     # --- one thread
 
     def events(self, once: bool = False) -> Iterator[Event]:
-        """What happens, as it happens.
+        """What happens, as it happens. Who leaves and comes back goes on where it was; `close` stops the work.
 
         Parameters
         ----------
         once : end when nothing is left to do
         """
-        try:
-            while not self._closed.is_set():
-                self._step()
-                yield from self._say()
-                if self._may_begin():
-                    continue
-                if once and self._idle():
-                    return
-                letters = [self._mail.get()]
-                while not self._mail.empty():
-                    letters.append(self._mail.get())
-                for letter in letters:
-                    self._read(letter)
-        finally:
-            self._stop_all()
+        while not self._closed.is_set():
+            self._step()
+            yield from self._say()
+            if self._may_begin():
+                continue
+            if once and self._idle():
+                return
+            letters = [self._mail.get()]
+            while not self._mail.empty():
+                letters.append(self._mail.get())
+            for letter in letters:
+                self._read(letter)
 
     def _step(self) -> None:
         """Begin the waiting wave if it may, and fire what is ready."""
@@ -345,6 +342,7 @@ class Engine:
             failed = ModuleFailed("it stopped by itself and gave nothing", node=node, title=title)
         else:
             failed = failure(error, node, title)
+        failed.forget()
         if failed.keep:
             self.results.fail(job.key, failed)
         if self._wave and self._wave.wants(job.key):

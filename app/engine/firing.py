@@ -98,7 +98,6 @@ def _run(call: Call, progress: Progress) -> dict[str, Any]:
     _unchanged(call)
     outputs = module.call(call.inputs, parameters, progress)
     _unchanged(call)
-    progress.check()
     inputs = {**call.inputs, **dict.fromkeys(call.wired)}
     outputs = law.sign(call.key, inputs, outputs)
     law.check(module, call.node, inputs, outputs)
