@@ -41,10 +41,22 @@ class ColourMap:
 
 @dataclass(frozen=True)
 class Text:
-    """Words in a picture: at a place in space, or in a corner of the view."""
+    """Words in a picture: at places in space, or in a corner of the view.
+
+    Parameters
+    ----------
+    words : one label each
+    at : where its middle lies; () with a corner
+    along : direction in which it runs; () for level. It is always drawn upright
+    room : length in world units in which it has to find room; () where it needs none. What has no room is left out,
+        and what would lie over a label before it: the best places come first
+    corner : of the view, for words that belong to no place
+    """
 
     words: tuple[str, ...]
     at: tuple[tuple[float, float, float], ...] = ()
+    along: tuple[tuple[float, float, float], ...] = ()
+    room: tuple[float, ...] = ()
     corner: Literal["", "top left", "top right", "bottom left", "bottom right"] = ""
 
 
@@ -68,7 +80,7 @@ class Colouring:
 
 @dataclass(frozen=True, kw_only=True)
 class SurfaceLook:
-    """Polygons, lit. `relief` lights from the north-west as a map does."""
+    """Polygons, lit. `relief` lights from the north-west as a map does, with slopes taken `light` times as steep."""
 
     colour: Colour = "clay"
     colouring: Colouring | None = None
@@ -76,6 +88,7 @@ class SurfaceLook:
     edges: bool = False
     smooth: bool = True
     relief: bool = False
+    light: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +123,13 @@ class VolumeLook:
 
 @dataclass(frozen=True, kw_only=True)
 class ImageLook:
-    """Samples on a plane: as a colour map, as relief lit from the north-west, or both."""
+    """Samples on a plane: as a colour map, as relief lit from the north-west, or both.
+
+    Parameters
+    ----------
+    relief : whether slopes are shaded, taken `exaggeration` times as steep
+    interpolate : between samples; False shows each as a box of its own
+    """
 
     colouring: Colouring | None = None
     relief: bool = False
@@ -185,6 +204,7 @@ class SceneLook:
     axes: bool = True
     legend: Literal["top left", "top right", "bottom left", "bottom right", "right"] = "right"
     exaggeration: float = 1.0
+    """Of heights, in three dimensions."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -1,0 +1,434 @@
+"""One table: look -> how its actors are made, fed with a shape, and dressed.
+
+`Kind.made` gives bare props; `Kind.key` names all that their data depends on; `Kind.feed` turns shape into data and is
+called only when the key changed; `Kind.dress` sets properties and is called when the layer or the style changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.draw import meshes, relief
+from app.theme import Theme, rgb
+from modules.data.geometry import Geometry
+from modules.data.scene import (
+    ChartLook,
+    Colouring,
+    ImageLook,
+    LabelLook,
+    Layer,
+    LineLook,
+    PointLook,
+    SurfaceLook,
+    VolumeLook,
+)
+from modules.data.wires import Samples, Table
+
+THICK = 2.0
+"""Lines of a major level are so many times as wide."""
+DASHES = 110.0
+"""Dashes along the longest side of the picture."""
+
+
+@dataclass(frozen=True)
+class Style:
+    """What a view adds to a layer's own look.
+
+    Parameters
+    ----------
+    theme : of the view
+    ground : what lines and points lie on: the bare view, or clay
+    scale : of widths and sizes; pixels of the window for one at 100 %
+    extent : longest side of the scene, for the length of dashes
+    """
+
+    theme: Theme
+    ground: Literal["view", "clay"] = "view"
+    scale: float = 1.0
+    extent: float = 1.0
+
+
+Props = list[Any]
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How one kind of look is drawn."""
+
+    made: Callable[[], Props]
+    key: Callable[[Layer, Style], Hashable]
+    feed: Callable[[Props, Layer, Style], None]
+    dress: Callable[[Props, Layer, Style], None]
+
+
+def _actor() -> Any:
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+    actor, mapper = vtkActor(), vtkPolyDataMapper()
+    mapper.ScalarVisibilityOff()
+    mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    actor.SetMapper(mapper)
+    return actor
+
+
+def _by(layer: Layer) -> tuple[Hashable, ...]:
+    colouring = getattr(layer.look, "colouring", None)
+    return (id(layer.shape), colouring.by if colouring else "")
+
+
+def field_of(layer: Layer, colouring: Colouring) -> tuple[NDArray[Any], str]:
+    """The values of a geometry that give colours, and whether they lie on points, cells or segments.
+
+    Raises
+    ------
+    ValueError : no such values
+    """
+    shape: Geometry = layer.shape
+    if colouring.by not in shape.values:
+        raise ValueError(f"{layer.title or 'a layer'} is coloured by {colouring.by!r}, which its geometry has not")
+    found = shape.values[colouring.by]
+    values = np.asarray(found.values, float)
+    return (np.linalg.norm(values, axis=1) if values.ndim > 1 else values), found.place
+
+
+def _paint(mapper: Any, colouring: Colouring | None, values: NDArray[Any] | None) -> None:
+    """Colours of the values, by a table; or none."""
+    if colouring is None or values is None:
+        mapper.ScalarVisibilityOff()
+        return
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonCore import vtkLookupTable
+
+    finite = values[np.isfinite(values)]
+    low, high = colouring.range or ((float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0))
+    colours = relief.table(colouring.map)
+    table = vtkLookupTable()
+    table.SetNumberOfTableValues(len(colours))
+    rgba = np.rint(np.column_stack([colours, np.ones(len(colours))]) * 255).astype(np.uint8)
+    table.SetTable(numpy_to_vtk(rgba, deep=True))
+    table.SetNanColor(0, 0, 0, 0)
+    if colouring.map.scale == "logarithmic":
+        table.SetScaleToLog10()
+    table.SetTableRange(low, high)
+    mapper.SetLookupTable(table)
+    mapper.SetUseLookupTableScalarRange(True)
+    mapper.SetColorModeToMapScalars()
+    mapper.SetInterpolateScalarsBeforeMapping(True)
+    mapper.ScalarVisibilityOn()
+
+
+def _flat(prop: Any, colour: str, opacity: float) -> None:
+    """A colour that no light changes."""
+    prop.SetColor(*rgb(colour))
+    prop.SetOpacity(opacity)
+    prop.LightingOff()
+
+
+# --- lines
+
+
+def _line_props() -> Props:
+    return [_actor(), _actor()]
+
+
+def _line_key(layer: Layer, style: Style) -> Hashable:
+    look: LineLook = layer.look  # type: ignore[assignment]  # the table gives each kind its own look
+    return (*_by(layer), look.major, look.dashed, style.extent if look.dashed else 0.0)
+
+
+def _line_feed(props: Props, layer: Layer, style: Style) -> None:
+    look, shape = layer.look, layer.shape
+    assert isinstance(look, LineLook) and isinstance(shape, Geometry)
+    thick = majors(shape, look.major)
+    for actor, keep in zip(props, (~thick, thick), strict=True):
+        part = keep if look.major else None
+        data = _lines(shape, look, part, style)
+        actor.GetMapper().SetInputData(data)
+    props[1].SetVisibility(bool(thick.any()))
+
+
+def _lines(shape: Geometry, look: LineLook, keep: NDArray[np.bool_] | None, style: Style) -> Any:
+    if look.dashed:
+        return meshes.dashes_of(shape, style.extent / DASHES)
+    if look.colouring is None:
+        return meshes.lines_of(shape, keep)
+    values, place = _values(shape, look.colouring)
+    if place == "segment":
+        data = meshes.segments_of(shape)
+        meshes.attach(data, values, "cell")
+        return data
+    data = meshes.lines_of(shape, keep)
+    if place == "cell":
+        start = len(shape.vertices)
+        values = values[start : start + len(shape.lines)]
+        meshes.attach(data, values if keep is None else values[keep], "cell")
+    else:
+        meshes.attach(data, values, "point")
+    return data
+
+
+def _values(shape: Geometry, colouring: Colouring) -> tuple[NDArray[Any], str]:
+    values, place = shape.values[colouring.by].values, shape.values[colouring.by].place
+    array = np.asarray(values, float)
+    return (np.linalg.norm(array, axis=1) if array.ndim > 1 else array), place
+
+
+def majors(shape: Geometry, major: int) -> NDArray[np.bool_]:
+    """(lines,) whether a line's level is one of every `major`-th: a multiple of the wide step, or in order if uneven."""
+    none = np.zeros(len(shape.lines), bool)
+    if not major or "level" not in shape.values:
+        return none
+    values, place = _values(shape, Colouring(by="level", map=None))  # type: ignore[arg-type]  # no colours are asked for
+    if place == "point":
+        values = values[shape.lines.connectivity[shape.lines.offsets[:-1]]]
+    elif place == "cell":
+        values = values[len(shape.vertices) : len(shape.vertices) + len(shape.lines)]
+    else:
+        return none
+    levels = np.unique(values)
+    steps = np.diff(levels)
+    order = np.searchsorted(levels, values)
+    if len(steps) and np.allclose(steps, steps[0], rtol=1e-6):
+        order = np.rint(values / steps[0]).astype(int)
+    return np.asarray(order % major == 0)
+
+
+def _line_dress(props: Props, layer: Layer, style: Style) -> None:
+    look = layer.look
+    assert isinstance(look, LineLook)
+    values = field_of(layer, look.colouring)[0] if look.colouring else None
+    for actor, width in zip(props, (look.width, look.width * THICK), strict=True):
+        prop = actor.GetProperty()
+        _flat(prop, style.theme.on(look.colour, style.ground), look.opacity)
+        prop.SetLineWidth(width * style.scale)
+        mapper = actor.GetMapper()
+        _paint(mapper, look.colouring, values)
+        mapper.SetRelativeCoincidentTopologyLineOffsetParameters(-2.0, -8.0)
+
+
+# --- points
+
+
+def _point_feed(props: Props, layer: Layer, style: Style) -> None:
+    look, shape = layer.look, layer.shape
+    assert isinstance(look, PointLook) and isinstance(shape, Geometry)
+    data = meshes.points_of(shape)
+    if look.colouring is not None:
+        values, place = field_of(layer, look.colouring)
+        on = "cell" if place == "cell" and len(shape.vertices) else "point"
+        meshes.attach(data, values[: len(shape.vertices)] if on == "cell" else values, on)
+    props[0].GetMapper().SetInputData(data)
+
+
+def _point_dress(props: Props, layer: Layer, style: Style) -> None:
+    look = layer.look
+    assert isinstance(look, PointLook)
+    (actor,) = props
+    prop, mapper = actor.GetProperty(), actor.GetMapper()
+    _flat(prop, style.theme.on(look.colour, style.ground), look.opacity)
+    prop.SetPointSize(look.size * style.scale)
+    prop.SetRenderPointsAsSpheres(True)
+    _paint(mapper, look.colouring, field_of(layer, look.colouring)[0] if look.colouring else None)
+    mapper.SetRelativeCoincidentTopologyPointOffsetParameter(-12.0)
+
+
+# --- surfaces
+
+
+def _surface_key(layer: Layer, style: Style) -> Hashable:
+    look: SurfaceLook = layer.look  # type: ignore[assignment]  # the table gives each kind its own look
+    lit = (look.light, look.colour, look.colouring, style.theme.name) if look.relief else ()
+    return (*_by(layer), look.smooth, look.relief, lit)
+
+
+def _surface_feed(props: Props, layer: Layer, style: Style) -> None:
+    from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+
+    look, shape = layer.look, layer.shape
+    assert isinstance(look, SurfaceLook) and isinstance(shape, Geometry)
+    data = meshes.surface_of(shape)
+    if look.colouring is not None and not shape.primitives:
+        values, place = field_of(layer, look.colouring)
+        start = len(shape.vertices) + len(shape.lines)
+        meshes.attach(data, values[start:] if place == "cell" else values, "cell" if place == "cell" else "point")
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(data)
+    normals.SplittingOff()
+    normals.ConsistencyOff()
+    normals.SetComputePointNormals(look.smooth)
+    normals.SetComputeCellNormals(not look.smooth or look.relief)
+    normals.Update()
+    data = normals.GetOutput()
+    if look.relief:
+        _light(data, layer, style)
+    props[0].GetMapper().SetInputData(data)
+
+
+def _light(data: Any, layer: Layer, style: Style) -> None:
+    """Colours of the relief as values of the data: on points where it is smooth, on cells where not."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    look = layer.look
+    assert isinstance(look, SurfaceLook)
+    on = "point" if look.smooth else "cell"
+    place = data.GetPointData() if look.smooth else data.GetCellData()
+    normals = vtk_to_numpy(place.GetNormals()).astype(float)
+    normals = np.where(normals[:, 2:] < 0, -normals, normals) * [look.light, look.light, 1.0]
+    light = relief.shading(normals)
+    colours = relief.tones(style.theme.rgb(look.colour), light)
+    if look.colouring is not None:
+        values, where = field_of(layer, look.colouring)
+        if where == on:
+            finite = values[np.isfinite(values)]
+            span = look.colouring.range or (float(finite.min()), float(finite.max()))
+            colours = relief.colours(values[-len(light) :], look.colouring.map, span)
+            colours = np.clip(colours * np.interp(light, [0.0, 0.5, 1.0], [0.55, 1.0, 1.15])[:, None], 0.0, 1.0)
+    meshes.attach(data, np.rint(colours * 255).astype(np.uint8), on)
+
+
+def _surface_dress(props: Props, layer: Layer, style: Style) -> None:
+    look = layer.look
+    assert isinstance(look, SurfaceLook)
+    (actor,) = props
+    prop, mapper = actor.GetProperty(), actor.GetMapper()
+    prop.SetColor(*rgb(style.theme[look.colour]))
+    prop.SetOpacity(look.opacity)
+    prop.SetAmbient(0.22)
+    prop.SetDiffuse(0.86)
+    prop.SetSpecular(0.0)
+    prop.SetInterpolation(2 if look.smooth else 0)
+    prop.SetEdgeVisibility(look.edges)
+    prop.SetEdgeColor(*rgb(style.theme.on("line", "clay")))
+    prop.SetLineWidth(0.6 * style.scale)
+    prop.SetLighting(not look.relief)
+    actor.SetTexture(_texture(layer.shape.texture, True) if layer.shape.texture is not None else None)
+    if look.relief:
+        mapper.SetColorModeToDirectScalars()
+        mapper.ScalarVisibilityOn()
+        return
+    coloured = look.colouring is not None and not layer.shape.primitives
+    _paint(mapper, look.colouring, field_of(layer, look.colouring)[0] if coloured and look.colouring else None)
+
+
+def _texture(image: NDArray[np.uint8], smooth: bool) -> Any:
+    """An image, row 0 lowest, as a texture."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkRenderingCore import vtkTexture
+
+    height, width, channels = image.shape
+    data, texture = vtkImageData(), vtkTexture()
+    data.SetDimensions(width, height, 1)
+    data.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(image).reshape(-1, channels), deep=True))
+    texture.SetInputData(data)
+    texture.SetInterpolate(smooth)
+    texture.SetColorModeToDirectScalars()
+    texture.RepeatOff()
+    texture.EdgeClampOn()
+    return texture
+
+
+# --- images
+
+
+def _image_key(layer: Layer, style: Style) -> Hashable:
+    return (id(layer.shape), layer.look, style.theme.name)
+
+
+def _image_feed(props: Props, layer: Layer, style: Style) -> None:
+    look, shape = layer.look, layer.shape
+    assert isinstance(look, ImageLook) and isinstance(shape, Samples)
+    image = relief.picture(shape, look, style.theme)
+    props[0].GetMapper().SetInputData(meshes.quad(shape, *image.shape[:2]))
+    props[0].SetTexture(_texture(image, look.interpolate))
+
+
+def _image_dress(props: Props, layer: Layer, style: Style) -> None:
+    props[0].GetProperty().LightingOff()
+    props[0].GetProperty().SetColor(1.0, 1.0, 1.0)
+    props[0].GetMapper().SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
+
+
+# --- volumes
+
+
+def _volume_props() -> Props:
+    from vtkmodules.vtkRenderingCore import vtkVolume
+    from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
+
+    volume = vtkVolume()
+    volume.SetMapper(vtkSmartVolumeMapper())
+    return [volume]
+
+
+def _volume_feed(props: Props, layer: Layer, style: Style) -> None:
+    props[0].GetMapper().SetInputData(meshes.lattice(layer.shape))
+
+
+def _volume_dress(props: Props, layer: Layer, style: Style) -> None:
+    from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
+    from vtkmodules.vtkRenderingCore import vtkColorTransferFunction
+
+    look = layer.look
+    assert isinstance(look, VolumeLook)
+    values = np.asarray(layer.shape.values, float)
+    low, high = look.colouring.range or (float(np.nanmin(values)), float(np.nanmax(values)))
+    colours, opacity = vtkColorTransferFunction(), vtkPiecewiseFunction()
+    for place, colour in zip(np.linspace(low, high, 64), relief.table(look.colouring.map, 64), strict=True):
+        colours.AddRGBPoint(float(place), *(float(c) for c in colour))
+    for place, amount in zip(np.linspace(low, high, len(look.opacity)), look.opacity, strict=True):
+        opacity.AddPoint(float(place), amount)
+    prop = props[0].GetProperty()
+    prop.SetColor(colours)
+    prop.SetScalarOpacity(opacity)
+    prop.SetInterpolationTypeToLinear()
+
+
+# --- charts
+
+
+def _chart_feed(props: Props, layer: Layer, style: Style) -> None:
+    look, shape = layer.look, layer.shape
+    assert isinstance(look, ChartLook) and isinstance(shape, Table)
+    x, y = chart_columns(shape, look)
+    props[0].GetMapper().SetInputData(meshes.chart_of(shape, x, y, look.kind))
+
+
+def chart_columns(table: Table, look: ChartLook) -> tuple[str, str]:
+    """The two columns that a chart draws: those named, else the first two."""
+    names = [*table.columns, "", ""]
+    return look.x or names[0], look.y or names[1]
+
+
+def _chart_dress(props: Props, layer: Layer, style: Style) -> None:
+    look = layer.look
+    assert isinstance(look, ChartLook)
+    prop = props[0].GetProperty()
+    _flat(prop, style.theme[look.colour], 1.0)
+    prop.SetLineWidth(1.5 * style.scale)
+    prop.SetPointSize(4.0 * style.scale)
+    prop.SetRenderPointsAsSpheres(True)
+
+
+# --- labels: words are placed in pixels, after all else is drawn
+
+
+def _nothing(props: Props, layer: Layer, style: Style) -> None:
+    pass
+
+
+KINDS: Mapping[type, Kind] = {
+    SurfaceLook: Kind(lambda: [_actor()], _surface_key, _surface_feed, _surface_dress),
+    LineLook: Kind(_line_props, _line_key, _line_feed, _line_dress),
+    PointLook: Kind(lambda: [_actor()], lambda layer, style: _by(layer), _point_feed, _point_dress),
+    ImageLook: Kind(lambda: [_actor()], _image_key, _image_feed, _image_dress),
+    VolumeLook: Kind(_volume_props, lambda layer, style: id(layer.shape), _volume_feed, _volume_dress),
+    ChartLook: Kind(lambda: [_actor()], lambda layer, style: (id(layer.shape), layer.look), _chart_feed, _chart_dress),
+    LabelLook: Kind(list, lambda layer, style: id(layer.shape), _nothing, _nothing),
+}
+"""Each look has its row; a look without one is refused."""

@@ -1,0 +1,64 @@
+"""Polygons as a lit surface."""
+
+from __future__ import annotations
+
+from modules.api import Annotated, Choice, ColourMap, Geometry, Layer, Literal, Range, SurfaceLook, renderer
+from modules.renderers import _colours, _titles
+
+
+@renderer("Surface", aliases=("polygons", "mesh", "terrain", "shaded"), output="layer")
+def surface(
+    geometry: Geometry,
+    colours: ColourMap | None = None,
+    *,
+    colour: str = "clay",
+    colour_by: Annotated[str, Choice(of="geometry.names")] = "",
+    map: Literal["values", "errors", "greys"] = "values",
+    scale: Literal["linear", "logarithmic"] = "linear",
+    low: float | None = None,
+    high: float | None = None,
+    relief: bool = False,
+    light: Annotated[float, Range(0.1, 20, log=True)] = 1.0,
+    smooth: bool = True,
+    edges: bool = False,
+    opacity: Annotated[float, Range(0, 1)] = 1.0,
+    title: str = "",
+) -> Layer:
+    """The polygons of a geometry, lit; neutral as clay unless values give the colour.
+
+    Parameters
+    ----------
+    colours : colour map to use instead of `map`
+    colour : a role or "#rrggbb"; used where no values give the colour
+    colour_by : values that give the colour
+    map : values (cividis), errors (clay to ember) or greys
+    scale : of the colours
+    low, high : ends of the colours; automatic: those of the values
+    relief : light from the north-west at 45 degrees, as on a map, however the surface is turned
+    light : slopes are taken so many times as steep for the light of the relief; the shape stays as it is
+    smooth : light runs on over the edges of polygons
+    title : for the legend; automatic: what the surface is, such as "Surface at level 0.5"
+
+    Raises
+    ------
+    ValueError : the geometry has no polygons and no primitives, or no such values
+
+    Accuracy: passed on as it is; errors that the geometry shows are named in the legend. Smooth light hides the edges
+        between polygons, not their distance from the true surface.
+    """
+    if not len(geometry.polygons) and not geometry.primitives and len(geometry.points):
+        raise ValueError("the geometry has no polygons: use 'lines' or 'points'")
+    if light <= 0:
+        raise ValueError(f"slopes {light:g} times as steep have no light: give a number above zero")
+    chosen = colours or _colours.colour_map(map, scale=scale)
+    look = SurfaceLook(
+        colour=colour,
+        colouring=_colours.by_field(geometry, colour_by, chosen, low, high),
+        opacity=opacity,
+        edges=edges,
+        smooth=smooth,
+        relief=relief,
+        light=light,
+    )
+    words = title or _titles.of_surface(geometry, relief, light)
+    return Layer(shape=geometry, look=look, title=words, shows=geometry.shows, accuracy=geometry.accuracy)
