@@ -23,6 +23,8 @@ from modules.data.memo import memo
 from modules.data.operators import Floats, Gather, Identity
 from modules.data.scene import ColourMap, Layer, Scene, Text
 
+TOO_FEW = "not estimated where fewer than three samples in a row tell"
+
 __all__ = ["ColourMap", "Geometry", "Layer", "Model", "Samples", "Scene", "Table", "Text", "Value"]
 
 
@@ -318,7 +320,7 @@ def _with_own_cells(samples: Samples, law: Law) -> Accuracy:
     own = Term(law.source, "bound", "value", samples.unit, sizes, Identity(len(sizes)), "cell")
     accuracy = samples.accuracy.add(own)
     if np.isnan(largest).any():
-        return accuracy.miss(Missing(law.source.name, "where fewer than three samples in a row tell"))
+        return accuracy.miss(Missing(law.source.name, TOO_FEW))
     return accuracy
 
 
@@ -331,7 +333,7 @@ def _with_own(accuracy: Accuracy, own: Term, error: Floats) -> Accuracy:
     )  # fmt: skip
     accuracy = accuracy.add(term)
     if unknown.any():
-        accuracy = accuracy.miss(Missing(own.source.name, "beside holes, where too few samples tell")).flag(
+        accuracy = accuracy.miss(Missing(own.source.name, TOO_FEW)).flag(
             Flag("not resolvable", "too few samples around to estimate the interpolation", "point", np.flatnonzero(unknown))
         )
     return accuracy
