@@ -18,6 +18,8 @@ from app.engine.catalogue import Catalogue
 from app.engine.scheduler import upstream
 from modules.data.fold import Check
 
+PIXEL = "drawing moves what is drawn by at most half the diagonal of a pixel"
+
 
 @dataclass(frozen=True)
 class Out:
@@ -43,18 +45,19 @@ def write(
 
     network, path = found.network, out.path
     view = network.nodes[out.node].view
-    drawn = picture.render(scene, k=network.k, **{name: view[name] for name in ("camera", "size") if name in view})
+    given = {"camera": view["camera"]} if "camera" in view else {}
+    drawn = picture.render(scene, k=network.k, **given)
     folder = path.parent.absolute()
     text = certificate.stored(network, folder, catalogue)
     mine = {name: keys[name] for name in sorted(upstream(network, [out.node]))}
     claims = {
         "accuracy": certificate.ACCURACY_FORMAT,
-        "caption": drawn.legend.caption,
+        "caption": drawn.caption,
         "view": {"node": out.node, "output": out.output},
         "k": network.k,
         "exaggeration": scene.look.exaggeration,
         "camera": plain(drawn.camera),
-        "pixel": plain(drawn.pixel),
+        "pixel": {"bound": plain(drawn.pixel_unit), "unit": drawn.unit, "sign": "≤", "rule": PIXEL},
         "layers": certificate.layers(scene, network.k, check),
         "tolerance": certificate.TOLERANCE,
         "data": certificate.data_files(network, catalogue),
@@ -86,7 +89,7 @@ def write(
     )
     outbox.put(path, png)
     outbox.put(certificate.beside(path), sealed)
-    return str(drawn.legend.caption)
+    return drawn.caption
 
 
 def _png(image: Any) -> bytes:

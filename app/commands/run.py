@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from app import paths
+from app import doctor, paths
 from app.commands import nets, pictures, wave
 from app.commands.console import Console, Usage
 from app.commands.outbox import Outbox
@@ -49,15 +49,19 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if found.kind == "picture":
         for line in nets.reads(network, catalogue):
             console.say(line)
-    with Outbox() as outbox:
-        for out in outs:
-            writable(out)
+    for out in outs:
+        writable(out)
+    if not _compiled():
+        console.say("the kernels are compiled at their first use; the next run does not wait for it")
+    with Outbox() as outbox, doctor.Drawer(any(out.type is Scene for out in outs)) as drawer:
         outcome = wave.watch(network, _wanted(network, outs, demands, bool(options.outs)), catalogue, console, options.threads)
         verdicts = _judged(demands, outcome, network)
-        captions = _write(outs, outcome, outbox, found, catalogue, console)
-        code = FAILED if outcome.errors or outcome.blocked else UNMET if not all(v.met for v in verdicts) else 0
+        drawn = drawable(outs, outcome, drawer, console)
+        captions = _write(drawn, outcome, outbox, found, catalogue, console)
+        failed = outcome.errors or outcome.blocked or drawn != outs
+        code = FAILED if failed else UNMET if not all(v.met for v in verdicts) else 0
         if options.report:
-            outbox.put(Path(options.report), _report(found, outcome, verdicts, outs, code))
+            outbox.put(Path(options.report), _report(found, outcome, verdicts, drawn, code))
         written = outbox.commit()
     for verdict in verdicts:
         (console.say if verdict.met else console.complain)(str(verdict) if verdict.met else f"nonius: {verdict}")
@@ -110,6 +114,26 @@ def writable(out: Out) -> None:
         raise Usage(f"{str(out.path)!r} is a folder: name a file in it")
     if not out.path.parent.is_dir():
         raise Usage(f"there is no folder {str(out.path.parent)!r} to write {out.path.name!r} to: make it first")
+
+
+def _compiled() -> bool:
+    """Whether some kernel was compiled and kept before."""
+    from modules.kernels import _jit
+
+    folder = _jit.cache_folder()
+    return folder is not None and any(folder.iterdir())
+
+
+def drawable(outs: list[Out], outcome: wave.Outcome, drawer: doctor.Drawer, console: Console) -> list[Out]:
+    """The outputs without the pictures, if there are some and this machine cannot draw."""
+    if not any(out.type is Scene and out.node in outcome.entries for out in outs):
+        return outs
+    try:
+        drawer.prepare()
+    except doctor.NoOpenGL as error:
+        console.complain(f"nonius: {error}")
+        return [out for out in outs if out.type is not Scene]
+    return outs
 
 
 def _wanted(network: Network, outs: list[Out], demands: list[Demand], only: bool) -> list[str]:
