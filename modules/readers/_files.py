@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -121,11 +120,3 @@ def fits(path: Path, shape: tuple[int, ...], stride: int = 1) -> None:
             f"{path.name!r} says it holds {named} samples; as read they take {samples * 8 / 2**30:.3g} GiB, more than half "
             f"of the {memory() / 2**30:.3g} GiB of memory here: read it with stride = {enough}"
         )
-
-
-def half_unit(dtype: np.dtype[Any], largest: float) -> tuple[float, str]:
-    """Largest rounding error of numbers stored as `dtype` up to `largest` in size, and how it was rounded in words."""
-    if dtype.kind in "iub":
-        return 0.5, f"half a unit of {dtype.name}"
-    spacing = float(np.spacing(dtype.newbyteorder("=").type(largest)))
-    return spacing / 2, f"half the distance between neighbouring {dtype.name} numbers at {largest:g}"

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modules.data.accuracy import Missing
-from modules.readers._files import ReadError, fits, half_unit, reading
+from modules.data.companions import largest, rounding
+from modules.readers._files import ReadError, fits, reading
 from modules.readers._raw import Raw
 
 WORLD = {".png": ".pgw", ".tif": ".tfw", ".tiff": ".tfw", ".jpg": ".jgw", ".jpeg": ".jgw"}
@@ -37,8 +38,7 @@ def load(path: Path, name: str, stride: int) -> Raw:
     holes: NDArray[np.bool_] | None = None
     if not plain:
         pixels, holes = _grey(path, pixels)
-    finite = pixels[np.isfinite(pixels)]
-    half, words = half_unit(pixels.dtype, float(np.abs(finite.astype(float)).max(initial=0.0)))
+    half, words = rounding(pixels.dtype, largest(pixels))
     geo = _geotiff(path, tags, rows, columns)
     world = _world(path)
     if world is not None:

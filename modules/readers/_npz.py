@@ -13,13 +13,13 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from modules.data.companions import DEVIATIONS, largest, rounding
 from modules.data.operators import Floats
-from modules.readers._files import ReadError, fits, half_unit, nearest, reading
+from modules.readers._files import ReadError, fits, nearest, reading
 from modules.readers._raw import Raw, Stated
 
 LIKELY = ("elevation", "height", "heights", "altitude", "dem", "topo", "z", "data", "values", "field")
 PAIRS = (("longitude", "latitude"), ("lon", "lat"), ("easting", "northing"), ("x", "y"))
-DEVIATIONS = ("_std", "_sigma", "_stderr", "_unc", "_uncertainty", "_error", "_errors")
 BLOCK = 8 << 20
 """Bytes that are read at once."""
 
@@ -45,8 +45,8 @@ def load(path: Path, name: str, stride: int) -> Raw:
     header = headers[chosen]
     rows, columns = _map_shape(path, chosen, header)
     fits(path, (rows, columns), stride)
-    values, largest = _read(path, chosen, stride)
-    half, words = half_unit(header.dtype, largest)
+    values, size = _read(path, chosen, stride)
+    half, words = rounding(header.dtype, size)
     beside = _beside(path, headers, chosen)
     assumed = () if name or len(_maps(headers)) < 2 else (f"of several arrays, {chosen!r} is the map",)
     x, y, lengths = _axes(beside, rows, columns)
@@ -152,7 +152,7 @@ def _read(path: Path, name: str, stride: int) -> tuple[NDArray[Any], float]:
         lines, across = (shape[::-1] if header.fortran else shape) if len(shape) == 2 else (1, int(np.prod(shape, dtype=int)))
         width = across * header.dtype.itemsize
         step = max(1, BLOCK // max(width, 1))
-        parts, largest = [], 0.0
+        parts, size = [], 0.0
         for start in range(0, lines, step):
             count = min(step, lines - start)
             data = file.read(count * width)
@@ -161,18 +161,12 @@ def _read(path: Path, name: str, stride: int) -> tuple[NDArray[Any], float]:
                 ends = f"ends early, after {there} of the {lines} rows of {name!r}"
                 raise ReadError(f"{path.name!r} {ends}: copy or download it again")
             block = np.frombuffer(data, header.dtype).reshape(count, across)
-            largest = max(largest, _largest(block))
+            size = max(size, largest(block))
             parts.append(block[-start % stride :: stride, ::stride] if len(shape) == 2 else block)
     whole = np.concatenate(parts)
     if len(shape) != 2:
-        return whole.reshape(shape), largest
-    return (whole.T if header.fortran else whole), largest
-
-
-def _largest(block: NDArray[Any]) -> float:
-    """Largest size of the finite numbers; 0 if there is none."""
-    finite = block[np.isfinite(block)]
-    return max(abs(float(finite.max())), abs(float(finite.min()))) if finite.size else 0.0
+        return whole.reshape(shape), size
+    return (whole.T if header.fortran else whole), size
 
 
 def _beside(path: Path, headers: Mapping[str, Header], chosen: str) -> dict[str, NDArray[Any]]:
