@@ -315,7 +315,7 @@ class Engine:
             self.results.put(job.key, entry)
             if wanted and self._wave:
                 self._wave.finish(job.key, entry)
-        elif wanted and job.tries == 1 and self._made_room(job, error):
+        elif self._made_room(job, error) and wanted and job.tries == 1:
             self._submit(replace(job, tries=2, stop=Stop()))
         else:
             self._failed(job, error)
@@ -327,6 +327,7 @@ class Engine:
             return True
         if isinstance(error, BrokenExecutor) and self._owns:
             if job.pool is self._pool:
+                self._pool.shutdown(wait=False)
                 self._pool = self._make()
             return True
         return False

@@ -20,7 +20,7 @@ from app.engine import catalogue as catalogues
 from app.engine import law
 from app.engine.errors import FileChanged, ModuleFailed, NoniusError
 from app.engine.paths import Identity
-from app.engine.results import Entry, freeze
+from app.engine.results import Entry
 from modules.data.accuracy import Accuracy, Missing
 from modules.data.wires import Model, Samples, Value
 from modules.declare import Module
@@ -86,7 +86,6 @@ def fire(call: Call, progress: Progress) -> Entry:
         raise
     except (Exception, SystemExit) as error:
         raise failure(error, call.node, call.module.title) from None
-    freeze(outputs)
     return Entry(outputs, facts, tuple(dict.fromkeys(said)), time.perf_counter() - start)
 
 

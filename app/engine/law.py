@@ -25,16 +25,17 @@ def carries_accuracy(value: Any) -> bool:
 
 def sign(key: str, inputs: Mapping[str, Any], outputs: Mapping[str, Any]) -> dict[str, Any]:
     """The outputs, each source that no input had and nobody named called "<key>:<output>:<name>", carriers too."""
-    old = {i for accuracy in accuracies(inputs) for i in accuracy.accounted()}
     names: dict[str, str] = {}
     used: set[str] = set()
     for output, value in outputs.items():
         for accuracy in accuracies(value):
             new = [(t.id, t.name) for t in accuracy.terms] + [(i, e.name) for i, e in accuracy.ended.items()]
             for one, name in new:
-                if one in old or one in names or not one.startswith(RANDOM):
-                    continue
-                names[one] = _free(f"{key}:{output}:{name}", used)
+                if one.startswith(RANDOM) and one not in names:
+                    names[one] = _free(f"{key}:{output}:{name}", used)
+    if names:
+        for old in {i for accuracy in accuracies(inputs) for i in accuracy.accounted()}:
+            names.pop(old, None)
     return {output: _signed(value, names, f"{key}:{output}") for output, value in outputs.items()}
 
 

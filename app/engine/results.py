@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import enum
 import threading
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from types import FunctionType, ModuleType
 from typing import Any
 
@@ -15,30 +15,38 @@ import numpy as np
 from app.engine.errors import ModuleFailed
 from app.engine.machine import memory
 
-_PLAIN = (int, float, complex, bool, type(None), type, FunctionType, ModuleType)
+_LEAVES = frozenset(
+    {int, float, complex, bool, str, bytes, type(None), type, FunctionType, ModuleType, np.float64, np.int64, np.bool_}
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """What one firing gave.
+    """What one firing gave. Making one makes its arrays read-only, since what is published is shared.
 
     Parameters
     ----------
-    outputs : name -> wire value, arrays read-only
+    outputs : name -> wire value
     facts : output -> cheap facts, computed beside it
     warnings : raised while it ran
     seconds : it took
+
+    Attributes
+    ----------
+    buffers : bytes of each owning buffer, by its id
     """
 
     outputs: Mapping[str, Any]
     facts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     seconds: float = 0.0
+    buffers: Mapping[int, int] = field(init=False, default_factory=dict)
 
-    @cached_property
-    def buffers(self) -> Mapping[int, int]:
-        """Bytes of each owning buffer, by its id."""
-        return {id(owner): size for owner, size in buffers(self.outputs)}
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "buffers", {id(owner): owner.nbytes for owner in map(_frozen, arrays(self.outputs))})
+
+    def __reduce__(self) -> tuple[type[Entry], tuple[Any, ...]]:
+        return Entry, (self.outputs, self.facts, self.warnings, self.seconds)
 
     @property
     def bytes(self) -> int:
@@ -139,39 +147,34 @@ class Results:
                 self._failures.pop(key, None)
 
 
-def arrays(value: Any, seen: set[int] | None = None) -> Iterator[np.ndarray[Any, Any]]:
+def arrays(value: Any) -> list[np.ndarray[Any, Any]]:
     """Every array inside a value: in tuples, lists, mappings, and the attributes of objects (sparse matrices too)."""
-    seen = set() if seen is None else seen
-    if isinstance(value, _PLAIN) or isinstance(value, str | bytes | np.generic) or id(value) in seen:
-        return
-    seen.add(id(value))
-    if isinstance(value, np.ndarray):
-        yield value
-    elif isinstance(value, Mapping):
-        for inner in value.values():
-            yield from arrays(inner, seen)
-    elif isinstance(value, list | tuple | set | frozenset):
-        for inner in value:
-            yield from arrays(inner, seen)
-    else:
-        for name in getattr(type(value), "__slots__", ()):
-            yield from arrays(getattr(value, name, None), seen)
-        yield from arrays(getattr(value, "__dict__", None), seen)
+    found: list[np.ndarray[Any, Any]] = []
+    seen, stack = set[int](), [value]
+    while stack:
+        one = stack.pop()
+        kind = type(one)
+        if kind in _LEAVES or id(one) in seen:
+            continue
+        seen.add(id(one))
+        if isinstance(one, np.ndarray):
+            found.append(one)
+        elif kind is dict:
+            stack.extend(one.values())
+        elif kind in (tuple, list) or isinstance(one, tuple | list | set | frozenset):
+            stack.extend(one)
+        elif isinstance(one, Mapping):
+            stack.extend(one.values())
+        elif not isinstance(one, type | str | bytes | int | float | enum.Enum):
+            stack.extend(getattr(one, name, None) for name in getattr(kind, "__slots__", ()))
+            stack.extend(getattr(one, "__dict__", {}).values())
+    return found
 
 
-def buffers(value: Any) -> Iterator[tuple[Any, int]]:
-    """(owning array, bytes) of every array inside a value; an owner may come twice."""
-    for array in arrays(value):
-        owner = array
-        while isinstance(owner.base, np.ndarray):
-            owner = owner.base
-        yield owner, owner.nbytes
-
-
-def freeze(value: Any) -> None:
-    """Make every array inside a value read-only: what is published is shared."""
-    for array in arrays(value):
-        view: Any = array
-        while isinstance(view, np.ndarray):
-            view.flags.writeable = False
-            view = view.base
+def _frozen(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """The owner of an array's buffer; all on the way to it made read-only."""
+    array.flags.writeable = False
+    while isinstance(array.base, np.ndarray):
+        array = array.base
+        array.flags.writeable = False
+    return array

@@ -65,6 +65,7 @@ class Wave:
         self._nodes: dict[str, list[str]] = {}
         self._unmet: dict[str, set[str]] = {}
         self._ready: list[tuple[int, str]] = []
+        self._begun = set[str]()
         self._plan(results, frozenset(adoptable))
 
     def _plan(self, results: Results, adoptable: frozenset[str]) -> None:
@@ -85,16 +86,15 @@ class Wave:
                 self._say(Reused, node=name, key=self.keys[name], entry=self._held[self.keys[name]])
             else:
                 self._nodes.setdefault(self.keys[name], []).append(name)
-        for key, nodes in self._nodes.items():
+        for key in self._nodes:
             self._await(key, frozenset())
-            self._say(Started, node=nodes[0], key=key)
+            self.started(key)
         for name in plan.fire:
             key = self.keys[name]
             self._nodes.setdefault(key, []).append(name)
             if key not in self._above:
                 self._await(key, frozenset(self.keys[s] for s in network.graph.predecessors(name)))
-                if not self._unmet[key]:
-                    self.again(key)
+                self.again(key)
         for name, error in plan.failed.items():
             self._say(Failed, node=name, key=self.keys[name], error=error)
         for name, by in plan.blocked.items():
@@ -161,11 +161,15 @@ class Wave:
     # --- what happens
 
     def started(self, key: str) -> None:
-        """It fires."""
-        self._say(Started, node=self._nodes[key][0], key=key)
+        """It fires, or did for the wave before."""
+        if key not in self._begun:
+            self._begun.add(key)
+            self._say(Started, node=self._nodes[key][0], key=key)
 
     def again(self, key: str) -> None:
-        """It was stopped for the wave before and is wanted in this one: it may fire anew."""
+        """It may fire, if all it hangs on is there; also what was stopped for the wave before and is wanted in this one."""
+        if self._unmet[key]:
+            return
         heapq.heappush(self._ready, (self._rank[self._nodes[key][0]], key))
 
     def told(self, key: str, node: str, fraction: float) -> None:
@@ -177,6 +181,7 @@ class Wave:
 
     def finish(self, key: str, entry: Entry) -> None:
         """It gave a result: tell its nodes, hold it for what waits, and let that go."""
+        self.started(key)
         first, *others = self._nodes[key]
         self._say(Finished, node=first, key=key, entry=entry)
         for name in others:
@@ -185,13 +190,13 @@ class Wave:
             self._held[key] = entry
         self._settle(key)
         for waiting in self._below.get(key, ()):
-            unmet = self._unmet[waiting]
-            unmet.discard(key)
-            if not unmet and waiting in self._nodes:
+            self._unmet[waiting].discard(key)
+            if waiting in self._nodes:
                 self.again(waiting)
 
     def fail(self, key: str, error: ModuleFailed) -> None:
         """It gave none: block what hangs on it; the rest goes on."""
+        self.started(key)
         nodes, graph = list(self._nodes[key]), self.want.network.graph
         for name in nodes:
             self._say(Failed, node=name, key=key, error=error.at(name))

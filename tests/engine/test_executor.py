@@ -18,6 +18,7 @@ from app.engine.events import Blocked, Done, Event, Failed, Finished, NodeEvent,
 from app.engine.executor import Engine, execute
 from app.engine.network import Network
 from app.engine.results import Results
+from app.engine.wave import Wave
 
 CHAIN = {"c": "constant", "n": "negate", "m": "negate"}
 WIRES = ("c.value -> n.a", "n.value -> m.a")
@@ -34,6 +35,16 @@ def until(engine: Engine, kind: type[Event], node: str = "") -> list[Event]:
         if isinstance(event, kind) and getattr(event, "node", "") == node:
             break
     return seen
+
+
+def inside(lab: Any, name: str) -> None:
+    """Wait until a module runs, and forget what has fired."""
+    seen: list[str] = []
+    end = time.monotonic() + 10
+    while name not in seen:
+        assert time.monotonic() < end
+        time.sleep(0.001)
+        seen += lab.fired
 
 
 def test_a_wave_tells_what_happens_in_order(lab: Any) -> None:
@@ -264,12 +275,34 @@ def test_final_edits_under_a_slider_show_nothing_before_release(lab: Any) -> Non
         assert any(isinstance(e, Finished) and e.node == "s" for e in engine.events(once=True))
 
 
+@pytest.mark.parametrize("adopts", [True, False], ids=["as it is", "planted fault: nothing is adopted"])
+def test_a_running_node_goes_on_for_the_next_wave_also_if_its_inputs_are_gone(
+    lab: Any, adopts: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not adopts:
+        made = Wave.__init__
+        monkeypatch.setattr(Wave, "__init__", lambda self, *rest: made(self, *rest[:-1], ()))
+    network = lab.network({"c": "constant", "h": "held", "x": "zero"}, "c.value -> h.a")
+    lab.gate.clear()
+    with lab.engine(results=Results(bound=0), workers=2) as engine:
+        engine.want(network, ["h"])
+        until(engine, Started, "h")
+        inside(lab, "held 0")
+        engine.want(network, ["h", "x"])
+        events = until(engine, Finished, "x")
+        lab.gate.set()
+        events += list(engine.events(once=True))
+    again = lab.fired.count("constant 1")
+    assert (again == 0 and kinds(events).count("Started h") == 1 and "Finished h" in kinds(events)) == adopts
+
+
 def test_a_late_result_is_kept_and_not_shown(lab: Any) -> None:
     network = lab.network({"c": "constant", "h": "held"}, "c.value -> h.a")
     lab.gate.clear()
     with lab.engine(workers=2) as engine:
         engine.want(network)
         until(engine, Started, "h")
+        inside(lab, "held 0")
         engine.want(network, ["c"])
         until(engine, Reused, "c")
         lab.gate.set()

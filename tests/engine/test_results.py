@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from scipy.sparse import csr_array
 
 from app.engine import machine
 from app.engine.errors import ModuleFailed
-from app.engine.results import Entry, Results, buffers, freeze
+from app.engine.results import Entry, Results, arrays
 
 
 def entry(*values: Any) -> Entry:
@@ -52,16 +53,16 @@ class Deep:
 def test_buffers_are_found_wherever_they_lie() -> None:
     sparse = csr_array(np.eye(4))
     deep = Deep((Deep([np.zeros(3)]), {"m": Deep(sparse)}, "text", None))
-    sizes = dict((id(o), n) for o, n in buffers(deep))
-    assert sum(sizes.values()) == 24 + sparse.data.nbytes + sparse.indices.nbytes + sparse.indptr.nbytes
+    assert entry(deep).bytes == 24 + sparse.data.nbytes + sparse.indices.nbytes + sparse.indptr.nbytes
     circle: list[Any] = [np.zeros(1)]
     circle.append(circle)
-    assert len(list(buffers(circle))) == 1
+    assert len(arrays(circle)) == 1
 
 
 def test_what_is_published_is_read_only_down_to_its_owner() -> None:
     base = np.zeros(10)
-    freeze(Deep([base[::2]]))
+    again = pickle.loads(pickle.dumps(entry(Deep([base[::2]]))))
+    assert not again.outputs["0"].inner[0].flags.writeable, "also what came from another process"
     with pytest.raises(ValueError, match="read-only"):
         base[0] = 1
 
@@ -84,7 +85,7 @@ def test_bytes_held_are_always_those_of_what_is_held(steps: list[tuple[str, int,
     results = Results(bound=bound)
     for key, one, other in steps:
         results.put(key, entry(pool[one], pool[other][:1]))
-        held = {id(o): n for k in "abcdef" if (e := results.get(k)) for o, n in buffers(e.outputs)}
+        held = {o: n for k in "abcdef" if (e := results.get(k)) for o, n in e.buffers.items()}
         assert results.bytes == sum(held.values()) <= bound
 
 
