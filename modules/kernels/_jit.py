@@ -32,17 +32,26 @@ def jit(function: Function) -> Function:
 
     Never `parallel=True`: slabs of work are shared out by the caller, who can also stop them.
     """
+    return _compiled(function)
+
+
+def inlined(function: Function) -> Function:
+    """As `jit`, for a part of an inner loop: it becomes part of each kernel that calls it."""
+    return _compiled(function, forceinline=True)
+
+
+def _compiled(function: Function, **options: bool) -> Function:
     import numba
 
     folder = cache_folder()
     if folder is None:
-        compiled: Function = numba.njit(nogil=True)(function)
+        compiled: Function = numba.njit(nogil=True, **options)(function)
         return compiled
     with _decorating:  # numba reads the folder while it decorates; other users of numba keep their own
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(folder)
         try:
-            compiled = numba.njit(nogil=True, cache=True)(function)
+            compiled = numba.njit(nogil=True, cache=True, **options)(function)
         finally:
             numba.config.CACHE_DIR = before
     return compiled

@@ -1,7 +1,7 @@
 """The bilinear cell: F(u, v) = a u + b v + c u v + d on the unit square, from its corner values f00, f10, f01, f11.
 
 The first digit of a corner is u (along x), the second v (along y). Every function takes scalars or arrays that
-broadcast; the kernels marked `jit` take scalars and are called by other kernels.
+broadcast; the kernels marked `jit` or `inlined` take scalars and are called by other kernels.
 
 Source: thesis section 3.2, equations (3.2)-(3.5).
 """
@@ -11,7 +11,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from modules.kernels._jit import jit
+from modules.kernels._jit import inlined, jit
 
 Floats = npt.NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def saddle(f00: npt.ArrayLike, f10: npt.ArrayLike, f01: npt.ArrayLike, f11: npt.
     return -b / c, -a / c, d - a * b / c
 
 
-@jit
+@inlined
 def twist(f00: float, f10: float, f01: float, f11: float) -> float:
     """The coefficient c = f00 + f11 - f10 - f01; 0 exactly where F is linear.
 
@@ -128,7 +128,7 @@ def _exact_determinant(f00: float, f10: float, f01: float, f11: float, level: fl
     return total
 
 
-@jit
+@inlined
 def _sum(a: float, b: float) -> tuple[float, float]:
     """The sum, rounded, and the rounding error."""
     total = a + b
@@ -136,7 +136,7 @@ def _sum(a: float, b: float) -> tuple[float, float]:
     return total, (a - (total - b_part)) + (b - b_part)
 
 
-@jit
+@inlined
 def _difference(a: float, b: float) -> tuple[float, float]:
     """The difference, rounded, and the rounding error."""
     return _sum(a, -b)

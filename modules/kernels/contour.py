@@ -130,7 +130,8 @@ def _sweep_all(
 ) -> tuple[Records, Records, int]:
     """All crossings, linked; all ambiguous cells; the number of curved arcs."""
     ny, nx = values.shape
-    crossings, saddles = np.empty(8 * nx, CROSSING), np.empty(2 * nx, SADDLE)
+    # memory that no crossing needs is never touched; if it is not enough it grows
+    crossings, saddles = np.empty(8 * nx + values.size // 16, CROSSING), np.empty(2 * nx, SADDLE)
     side, code = np.empty((2, nx), np.uint8), np.zeros((nx + 6) // 8 * 8, np.uint8)
     top, tally = np.full(nx - 1, -1, np.int64), np.zeros(4, np.int64)
     rows, row = max(1, CELLS_A_SLAB // nx), 0

@@ -10,7 +10,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from modules.kernels._jit import jit
+from modules.kernels._jit import inlined, jit
 from modules.kernels.arcs import STRAIGHT, TURN, shoulder_share
 from modules.kernels.bilinear import determinant, twist
 
@@ -114,7 +114,7 @@ def sweep_row(
             last, right = i, edges[1]
 
 
-@jit
+@inlined
 def enter_edges(
     values: Floats,
     x: Floats,
@@ -150,7 +150,7 @@ def enter_edges(
     return bottom, right, upper, left
 
 
-@jit
+@inlined
 def link_edges(
     values: Floats,
     level: float,
@@ -186,19 +186,19 @@ def link_edges(
 def classify(values: Floats, level: float, side: Bytes) -> None:
     """The side of each node of a row: 1 on or above the level, 0 below, `HOLE` if not finite."""
     for i in range(values.size):
-        side[i] = (values[i] >= level) | (0 if abs(values[i]) < np.inf else HOLE)
+        side[i] = (1 if values[i] >= level else 0) + (0 if values[i] - values[i] == 0.0 else HOLE)
 
 
-@jit
+@inlined
 def between(f0: float, f1: float, level: float, p0: float, p1: float) -> float:
     """Where F = level between p0 and p1, measured from the nearer end: exact where a node is on the level."""
-    t = (level - f0) / (f1 - f0)
-    if t < 0.5:
-        return p0 + t * (p1 - p0)
-    return p1 - (f1 - level) / (f1 - f0) * (p1 - p0)
+    before, after = level - f0, f1 - level
+    if abs(before) < abs(after):
+        return p0 + before / (f1 - f0) * (p1 - p0)
+    return p1 - after / (f1 - f0) * (p1 - p0)
 
 
-@jit
+@inlined
 def enter(crossings: Records, tally: Integers, x: float, y: float) -> int:
     """Enter a crossing that no arc has reached yet."""
     at: int = tally[0]
@@ -210,7 +210,7 @@ def enter(crossings: Records, tally: Integers, x: float, y: float) -> int:
     return at
 
 
-@jit
+@inlined
 def link(crossings: Records, start: int, end: int, bend: float, cell: int) -> int:
     """Enter an arc; returns whether it is curved."""
     p, q = crossings[start], crossings[end]
@@ -223,7 +223,7 @@ def link(crossings: Records, start: int, end: int, bend: float, cell: int) -> in
     return 1 if bend != 0.0 else 0
 
 
-@jit
+@inlined
 def bend_of_arc(f00: float, f10: float, f01: float, f11: float, level: float, start: int, end: int) -> float:
     """ln(F_y(Q) / F_y(P)) of the arc between two edges, from differences along edges and F_x F_y = ab - cd.
 
@@ -256,7 +256,7 @@ def bend_of_arc(f00: float, f10: float, f01: float, f11: float, level: float, st
     return bend if abs(bend) >= STRAIGHT else 0.0
 
 
-@jit
+@inlined
 def log_ratio(q: float, p: float, excess: float) -> float:
     """ln(q / p), by `excess` = q / p - 1 if that is small, and not beyond +-TURN."""
     if abs(excess) < 0.5:

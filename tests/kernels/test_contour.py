@@ -258,6 +258,23 @@ def test_straight_arcs_get_no_extra_point() -> None:
     assert along.points.tolist() == [[1.0, 0.0], [0.0, 0.0]] and along.bend.tolist() == [0.0]
 
 
+def test_a_crossing_lies_on_its_edge_and_at_a_node_on_the_level_exactly() -> None:
+    random, rounded = np.random.default_rng(2), 0
+    for _ in range(2000):
+        p0, p1 = np.sort(random.uniform(-3, 3, 2) * 10.0 ** random.integers(-8, 8, 2)).tolist()
+        f0, f1 = random.standard_normal(2).tolist()
+        assert crossings.between(f0, f1, f0, p0, p1) == p0 and crossings.between(f0, f1, f1, p0, p1) == p1
+        level = f0 + (f1 - f0) * random.random()
+        assert p0 <= crossings.between(f0, f1, level, p0, p1) <= p1
+        assert crossings.between(f0, f1, level, p0, p1) == pytest.approx(
+            float(p0 + (Fraction(level) - Fraction(f0)) / (Fraction(f1) - Fraction(f0)) * (Fraction(p1) - Fraction(p0))),
+            rel=0,
+            abs=1e-15 * max(abs(p0), abs(p1)),
+        )
+        rounded += p0 + (p1 - p0) != p1
+    assert rounded > 100  # the plain form would miss
+
+
 def test_near_degenerate_saddles_are_decided_exactly() -> None:
     random = np.random.default_rng(8)
     wrong_in_floats = 0
