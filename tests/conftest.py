@@ -1,0 +1,90 @@
+"""What several tests share: the command line as a function, a small network, one picture made once."""
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
+
+class Said(NamedTuple):
+    """What the command line answered."""
+
+    code: int
+    out: str
+    err: str
+
+
+@pytest.fixture(autouse=True, scope="session")
+def no_modules_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Tests do not see what the person who runs them has installed for herself."""
+    folder = tmp_path_factory.mktemp("modules-of-the-user")
+    before = os.environ.get("NONIUS_MODULES")
+    os.environ["NONIUS_MODULES"] = str(folder)
+    yield folder
+    if before is None:
+        del os.environ["NONIUS_MODULES"]
+    else:
+        os.environ["NONIUS_MODULES"] = before
+
+
+@pytest.fixture
+def nonius(capsys: pytest.CaptureFixture[str]) -> Callable[..., Said]:
+    """`nonius` in this process: words -> (exit code, stdout, stderr)."""
+    from app.cli import main
+
+    def call(*words: str | Path) -> Said:
+        capsys.readouterr()
+        code = main([str(word) for word in words])
+        return Said(code, *capsys.readouterr())
+
+    return call
+
+
+def node(name: str, module: str, **parameters: Any) -> dict[str, Any]:
+    """A node as a network file has it."""
+    return {"id": name, "module": module, "parameters": parameters}
+
+
+def network(*nodes: dict[str, Any], wires: tuple[str, ...] = ()) -> str:
+    """The text of a network file."""
+    return json.dumps({"format": "nonius-network", "schema": 1, "nodes": nodes, "wires": wires})
+
+
+LINES = (
+    node("model", "modellers.interpolate.interpolate"),
+    node("contour", "mappers.contour.contour", levels=[0.25]),
+)
+WIRES = ("field.samples -> model.samples", "model.model -> contour.model")
+SEEN = (node("lines", "renderers.lines.lines"), node("view", "renderers.view.view", title="A peak, é"))
+SEEN_WIRES = ("contour.lines -> lines.geometry", "lines.layer -> view.layers[0]")
+
+
+@pytest.fixture
+def small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """small.json in an empty current folder: contour lines of a formula, no view."""
+    path = tmp_path / "small.json"
+    field = node("field", "readers.analytic.analytic", samples=[17, 17], noise=0.01)
+    path.write_text(network(field, *LINES, wires=WIRES), "utf-8")
+    monkeypatch.chdir(tmp_path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with peak.json, the data heights.npy, and the picture peak.png with its certificate. Copy it to change it."""
+    from app.cli import main
+
+    folder = tmp_path_factory.mktemp("made")
+    y, x = np.mgrid[-1:1:17j, -1:1:17j]
+    np.save(folder / "heights.npy", np.exp(-3 * (x**2 + y**2)))
+    field = node("field", "readers.elevation.elevation", path="heights.npy")
+    nodes = (field, *LINES, *SEEN)
+    (folder / "peak.json").write_text(network(*nodes, wires=(*WIRES, *SEEN_WIRES)), "utf-8")
+    assert main(["run", str(folder / "peak.json"), "--out", f"view={folder / 'peak.png'}", "--quiet"]) == 0
+    return folder
