@@ -20,11 +20,13 @@ ENDINGS = (*DEVIATIONS, *(ending for pair in LIMITS for ending in pair), MEMBERS
 
 
 def rounding(dtype: np.dtype[Any], largest: float) -> tuple[float, str]:
-    """Largest rounding error of numbers stored as `dtype` up to `largest` in size, and how it was rounded in words."""
+    """Largest error of numbers stored as `dtype` and read as float64, up to `largest` in size; how, in words."""
+    read = float(np.spacing(np.float64(largest))) / 2
     if dtype.kind in "iub":
-        return 0.5, f"half a unit of {dtype.name}"
-    spacing = float(np.spacing(dtype.newbyteorder("=").type(largest)))
-    return spacing / 2, f"half the distance between neighbouring {dtype.name} numbers at {largest:g}"
+        return max(0.5, read), f"half a unit of {dtype.name}"
+    kind = min((dtype.newbyteorder("="), np.dtype(float)), key=lambda k: k.itemsize)
+    spacing = float(np.spacing(kind.type(largest)))
+    return spacing / 2, f"half the distance between neighbouring {kind.name} numbers at {largest:g}"
 
 
 def largest(values: NDArray[Any]) -> float:

@@ -125,7 +125,8 @@ def load(path: Path, name: str | None = None) -> Samples | Geometry:
     try:
         dataset = pv.read(path)
     except Exception as error:  # VTK's readers raise what they like
-        raise ExchangeError(f"{path.name!r} cannot be read ({error}): copy or download it again") from error
+        why = str(error).strip().split("\n")[0]
+        raise ExchangeError(f"{path.name!r} cannot be read ({why}): copy or download it again") from error
     try:
         return from_pyvista(dataset, name, sha256(path.read_bytes()).hexdigest())
     except ExchangeError as error:

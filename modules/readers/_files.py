@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
@@ -120,3 +120,9 @@ def fits(path: Path, shape: tuple[int, ...], stride: int = 1) -> None:
             f"{path.name!r} says it holds {named} samples; as read they take {samples * 8 / 2**30:.3g} GiB, more than half "
             f"of the {memory() / 2**30:.3g} GiB of memory here: read it with stride = {enough}"
         )
+
+
+def unreadable(path: Path, suffixes: Iterable[str]) -> ReadError:
+    """That a file of this suffix is not read, and which are."""
+    ends = path.suffix or "nothing"
+    return ReadError(f"{path.name!r}: files that end in {ends!r} are not read here; this reads {', '.join(suffixes)}")

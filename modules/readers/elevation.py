@@ -21,6 +21,8 @@ from modules.api import (
     Missing,
     Operator,
     Range,
+    Rectilinear,
+    Regular,
     Samples,
     Source,
     Spread,
@@ -29,8 +31,8 @@ from modules.api import (
 )  # fmt: skip
 from modules.data.accuracy import Rigour
 from modules.data.operators import Floats
-from modules.readers import _dem, _image, _npz, _text
-from modules.readers._files import ReadError, digest, existing
+from modules.readers import _dem, _image, _npz, _text, _vtk
+from modules.readers._files import ReadError, digest, existing, unreadable
 from modules.readers._place import DEGREES, place
 from modules.readers._raw import Raw, Stated
 
@@ -52,6 +54,7 @@ FORMATS: Mapping[str, tuple[Loader, Peeker]] = {
     ".xyz": (_text.load, _text.peek),
     ".asc": (_text.load, _text.peek),
 }
+VTK = (".vti", ".vtr", ".vtk")
 """Suffix -> how it is read, how it is looked at."""
 
 
@@ -59,7 +62,7 @@ def peek(path: Path) -> Mapping[str, Any]:
     """Names, shape and, where it is cheap, range of what is in the file."""
     try:
         found = existing(path)
-        return _format(found)[1](found)
+        return _vtk.peek(found) if found.suffix.lower() in VTK else _format(found)[1](found)
     except ReadError as error:
         return {"names": (), "problem": str(error)}
 
@@ -106,10 +109,21 @@ def elevation(
     found = existing(path)
     if stride < 1:
         raise ReadError(f"stride = {stride} keeps nothing: use 1 for all samples, 2 for every second")
-    raw = _format(found)[0](found, name or "", stride)
-    raw = replace(raw, unit=_unit(found, "unit", unit, raw.unit), lengths=_unit(found, "lengths", lengths, raw.lengths))
     if not (np.isfinite(scale) and scale and np.isfinite(offset)):
         raise ReadError(f"scale {scale} and offset {offset} for {found.name!r} must be finite, and the scale not 0")
+    if found.suffix.lower() in VTK:
+        placed = spacing is None and rows == "automatic"
+        return _from_vtk(found, name or "", placed, stride, (scale, offset), unit, lengths, no_data)
+    raw = _format(found)[0](found, name or "", stride)
+    raw = replace(raw, unit=_unit(found, "unit", unit, raw.unit), lengths=_unit(found, "lengths", lengths, raw.lengths))
+    return _samples(found, raw, spacing, (scale, offset), rows, no_data, stride)
+
+
+def _samples(
+    found: Path, raw: Raw, spacing: tuple[float, float] | None, linear: tuple[float, float], rows: str, no_data: float | None,
+    stride: int,
+) -> Samples:  # fmt: skip
+    scale, offset = linear
     values = _values(found, raw, no_data) * scale + offset
     north = {"automatic": None, "north first": True, "south first": False}[rows]
     placed = place(raw, _spacing(found, spacing), "", north, stride)
@@ -121,12 +135,27 @@ def elevation(
     return Samples(grid=placed.grid, values=values, unit=raw.unit, name=raw.name, accuracy=accuracy)
 
 
+def _from_vtk(
+    path: Path, name: str, placed: bool, stride: int, linear: tuple[float, float], unit: str | None, lengths: str | None,
+    no_data: float | None,
+) -> Samples:  # fmt: skip
+    """A map from a VTK file, which states where its samples lie, and may bring its budget."""
+    wire = _vtk.samples(path, name)
+    if wire.grid.dimensions != 2 or wire.components != 1 or not isinstance(wire.grid, Regular | Rectilinear):
+        kind = f"{wire.grid.dimensions} axes, {wire.grid.kind}, {wire.components} numbers a sample"
+        raise ReadError(f"{path.name!r} is no map of heights ({kind}): read it with 'Read data set'")
+    if not placed:
+        raise ReadError(f"{path.name!r} states where its samples lie: leave 'spacing' and 'rows' automatic")
+    return _vtk.changed(
+        wire, scale=linear[0], offset=linear[1], stride=stride, no_data=no_data,
+        unit=_unit(path, "unit", unit, wire.unit), lengths=_unit(path, "lengths", lengths, wire.grid.frame.units[0]),
+    )  # fmt: skip
+
+
 def _format(path: Path) -> tuple[Loader, Peeker]:
     known = FORMATS.get(path.suffix.lower())
     if known is None:
-        raise ReadError(
-            f"{path.name!r}: files that end in {path.suffix or 'nothing'!r} are not read here; this reads {', '.join(FORMATS)}"
-        )
+        raise unreadable(path, (*FORMATS, *VTK))
     return known
 
 
