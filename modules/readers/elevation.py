@@ -30,7 +30,7 @@ from modules.api import (
     reader,
 )  # fmt: skip
 from modules.data.accuracy import Rigour
-from modules.data.operators import Floats
+from modules.data.operators import Floats, Ints
 from modules.readers import _dem, _image, _npz, _text, _vtk
 from modules.readers._files import ReadError, digest, existing, unreadable
 from modules.readers._place import DEGREES, place
@@ -221,10 +221,11 @@ class Sampling:
         """(ny, nx, ...) numbers in the order of the file, in the order of the primitives: along ascending axes."""
         return array[:: -1 if self.natural[0] else 1, :: -1 if self.natural[1] else 1]
 
-    def index(self) -> NDArray[np.int64]:
+    def index(self) -> Ints:
         """(n,) the primitive of each sample."""
         rows, columns = (self._along(axis) for axis in (0, 1))
-        return np.asarray(rows[:, None] * self.full[1] + columns).ravel()
+        index = np.asarray(rows[:, None] * self.full[1] + columns).ravel()
+        return index.astype(np.int32) if self.full[0] * self.full[1] < 2**31 else index
 
     def _along(self, axis: int) -> NDArray[np.int64]:
         n = self.full[axis]
