@@ -44,7 +44,7 @@ def value(node: str, record: Module, name: str, given: Any) -> Any:
         coerced = parameter.coerce(given)
         if not finite(parameter, coerced):
             raise ParameterError(f"{name} takes {parameter.takes()}, which is not infinite here")
-        size = "" if parameter.is_path else too_large(canonical(coerced))
+        size = too_large(canonical(coerced)) if isinstance(coerced, str | tuple) else ""
     except (ParameterError, TypeError, ValueError) as error:
         raise ValueRefused(f"{node}: {error}", node=node, port=name) from None
     if size:

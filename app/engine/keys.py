@@ -10,6 +10,7 @@ import enum
 import math
 import struct
 import unicodedata
+from functools import lru_cache
 from hashlib import blake2b
 from pathlib import PurePath
 from typing import Any
@@ -31,6 +32,15 @@ def canonical(value: Any) -> bytes:
     ValueError : NaN
     TypeError : a path (its file's identity enters instead), or what cannot be a parameter
     """
+    kind = type(value)
+    if kind is str:
+        return _text(value)
+    if kind is float and value == value:
+        return b"d" + struct.pack("<d", value + 0.0)
+    return _canonical_one(value)
+
+
+def _canonical_one(value: Any) -> bytes:
     match value:
         case None:
             return b"N"
@@ -45,7 +55,7 @@ def canonical(value: Any) -> bytes:
                 raise ValueError("a parameter cannot be NaN; leave it empty for 'automatic'")
             return b"d" + struct.pack("<d", value + 0.0)
         case str():
-            return tag(b"s", unicodedata.normalize("NFC", value).encode("utf-8", "surrogatepass"))
+            return _text(str(value))
         case bytes():
             return tag(b"b", value)
         case PurePath():
@@ -53,6 +63,11 @@ def canonical(value: Any) -> bytes:
         case np.generic():
             return canonical(value.item())
     return _canonical_many(value)
+
+
+@lru_cache(4096)
+def _text(value: str) -> bytes:
+    return tag(b"s", unicodedata.normalize("NFC", value).encode("utf-8", "surrogatepass"))
 
 
 def _canonical_many(value: Any) -> bytes:

@@ -7,11 +7,12 @@ key of its firing; a source that its maker named (a reader: by the content of it
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 from app.engine.errors import Unaccounted
-from modules.data.accuracy import Accuracy, Missing, accuracies, replace_accuracies
+from modules.data.accuracy import Accuracy, Missing, accuracies
 from modules.declare import Module
 
 RANDOM = "script:"
@@ -51,16 +52,29 @@ def _free(name: str, used: set[str]) -> str:
 
 def _signed(value: Any, names: Mapping[str, str], carrier: str) -> Any:
     """With the new names; what needs none stays the very object, so that a view can tell what has changed."""
-    if not any(_unsigned(accuracy, names) for accuracy in accuracies(value)):
-        return value
-
-    def signed(accuracy: Accuracy) -> Accuracy:
-        if not _unsigned(accuracy, names):
-            return accuracy
-        renamed = accuracy.renamed(names)
+    if isinstance(value, Accuracy):
+        if not _unsigned(value, names):
+            return value
+        renamed = value.renamed(names)
         return replace(renamed, of=replace(renamed.of, key=carrier)) if renamed.of and not renamed.of.key else renamed
+    if isinstance(value, list | tuple):
+        inner = [_signed(v, names, carrier) for v in value]
+        if all(a is b for a, b in zip(inner, value, strict=True)):
+            return value
+        return type(value)(*inner) if hasattr(value, "_fields") else type(value)(inner)
+    if not is_dataclass(value) or isinstance(value, type):
+        return value
+    changed = {}
+    for name in _fields(type(value)):
+        before = getattr(value, name)
+        if (after := _signed(before, names, carrier)) is not before:
+            changed[name] = after
+    return replace(value, **changed) if changed else value
 
-    return replace_accuracies(value, signed)
+
+@lru_cache(256)
+def _fields(kind: type) -> tuple[str, ...]:
+    return tuple(f.name for f in fields(kind) if f.init)
 
 
 def _unsigned(accuracy: Accuracy, names: Mapping[str, str]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from app.engine import check
@@ -102,7 +103,12 @@ def _own(node: Node, record: Module | None, wired: frozenset[str], identities: I
         if parameter.is_path and value is not None:
             value = _file(identities.get((node.id, parameter.name)), value)
         pairs.append((parameter.name, value))
-    return b"".join(map(canonical, (FORMAT, record.id, record.version, record.digest, pairs)))
+    return _head(record) + canonical(pairs)
+
+
+@lru_cache(4096)
+def _head(record: Module) -> bytes:
+    return b"".join(map(canonical, (FORMAT, record.id, record.version, record.digest)))
 
 
 def _file(identity: Identity | None, value: Any) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -142,7 +142,7 @@ def _compute(kind: str, numbers: list[float], parameters: Mapping[str, Any]) -> 
         for number in numbers:
             digits = 10 * digits + number
         return digits
-    rules = {
+    rules: dict[str, Callable[[], float]] = {
         "zero": lambda: 0.0,
         "constant": lambda: float(parameters["number"]),
         "add": lambda: sum(numbers),

@@ -28,6 +28,11 @@ def note(name: str) -> None:
     fired.append(name)
 
 
+def plain(given: Value) -> float:
+    assert isinstance(given.value, int | float)
+    return float(given.value)
+
+
 def value(number: float, accuracy: Accuracy) -> Value:
     return Value(value=float(number), accuracy=accuracy)
 
@@ -59,7 +64,7 @@ def add(a: Value, b: Value, *, plus: float = 0.0) -> Value:
     Accuracy: the errors of both add.
     """
     note("add")
-    return value(a.value + b.value + plus, Accuracy.join([(a.accuracy, None), (b.accuracy, None)]))
+    return value(plain(a) + plain(b) + plus, Accuracy.join([(a.accuracy, None), (b.accuracy, None)]))
 
 
 @modeller("Total")
@@ -70,7 +75,7 @@ def total(values: list[Value], extra: Value | None = None) -> Value:
     """
     note("total")
     everything = [*values, *([extra] if extra else [])]
-    return value(sum(v.value for v in everything), Accuracy.join([(v.accuracy, None) for v in everything]))
+    return value(sum(map(plain, everything)), Accuracy.join([(v.accuracy, None) for v in everything]))
 
 
 @modeller("Ordered")
@@ -81,7 +86,7 @@ def ordered(values: list[Value]) -> Value:
     """
     number = 0.0
     for v in values:
-        number = 10 * number + v.value
+        number = 10 * number + plain(v)
     return value(number, Accuracy.join([(v.accuracy, None) for v in values]))
 
 
@@ -92,7 +97,7 @@ def negate(a: Value) -> Value:
     Accuracy: the error changes its sign.
     """
     note("negate")
-    return value(-a.value, a.accuracy)
+    return value(-plain(a), a.accuracy)
 
 
 @modeller("Slow", version=2)
@@ -134,10 +139,10 @@ def failing(a: Value, *, how: Literal["value", "key", "memory", "exit", "cancel"
 
         raise Cancelled
     if how == "key":
-        return {}["absent"]
+        return dict[str, Value]()["absent"]
     if how == "type":
         return "text"  # type: ignore[return-value]  # the fault is planted
-    raise ValueError(f"{a.value:g} is not what it should be: take another")
+    raise ValueError(f"{plain(a):g} is not what it should be: take another")
 
 
 @modeller("Warning")
@@ -175,7 +180,7 @@ def selects(a: Value, b: Value) -> Value:
 
     Accuracy: of the first.
     """
-    return value(a.value, a.accuracy.end_from(b.accuracy, "not selected"))
+    return value(plain(a), a.accuracy.end_from(b.accuracy, "not selected"))
 
 
 @modeller("Noise")
@@ -185,7 +190,7 @@ def noise(a: Value, *, sigma: float = 1.0) -> Value:
     Accuracy: adds two standard deviations.
     """
     note("noise")
-    return value(a.value, a.accuracy.add(deviation("noise", sigma, 1), deviation("noise", sigma, 1)))
+    return value(plain(a), a.accuracy.add(deviation("noise", sigma, 1), deviation("noise", sigma, 1)))
 
 
 class Both(NamedTuple):
@@ -201,7 +206,7 @@ def both(a: Value) -> Both:
     """
     note("both")
     table = Table(columns={"x": np.array([a.value])}, accuracy=a.accuracy)
-    return Both(value(a.value / 2, a.accuracy), table)
+    return Both(value(plain(a) / 2, a.accuracy), table)
 
 
 @modeller("Uncertainty")

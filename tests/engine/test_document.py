@@ -134,28 +134,35 @@ REFUSALS: list[tuple[str, Any, type[NetworkError], str]] = [
     ("other JSON", "{}", DocumentError, 'it has no "format"'),
     ("other format", '{"format": "geojson"}', DocumentError, "\"format\" is 'geojson', not \"nonius-network\""),
     ("schema", TEXT.replace('"schema": 1', '"schema": "1"'), DocumentError, "\"schema\" is a whole number from 1, not '1'"),
-    ("newer", TEXT.replace('"schema": 1', '"schema": 9'), NewerSchema, "written by a later version .*schema 9; this one reads up to 1"),
+    ("newer", TEXT.replace('"schema": 1', '"schema": 9'), NewerSchema,
+     "written by a later version .*schema 9; this one reads up to 1"),
     ("key twice", TEXT.replace('{"number": 1.0', '{"number": 2, "number": 1.0'), DocumentError, "'number' occurs twice"),
     ("NaN", TEXT.replace("1.0", "NaN"), DocumentError, "line 6: NaN is not a value"),
     ("infinity", TEXT.replace('"k": 2.0', '"k": 2.0, "z": Infinity'), DocumentError, "infinite number has no place here"),
-    ("infinite value", TEXT.replace("1.0", "Infinity"), ValueRefused, "line 6: c: number takes a number, which is not infinite"),
+    ("infinite value", TEXT.replace("1.0", "Infinity"), ValueRefused,
+     "line 6: c: number takes a number, which is not infinite"),
     ("id twice", TEXT.replace('"id": "n"', '"id": "c"'), DocumentError, "line 7: two nodes have the id 'c'"),
     ("no id", TEXT.replace('"id": "n", ', ""), DocumentError, 'node 2 is an object without an "id"'),
     ("bad id", TEXT.replace('"id": "n"', '"id": "n.n"'), DocumentError, "line 7: 'n.n' cannot be the id"),
     ("no module", TEXT.replace('"module": "user.fakes.negate", ', ""), DocumentError, "line 7: node 'n' has no \"module\""),
-    ("version", TEXT.replace('"version": 1', '"version": 1.5'), DocumentError, 'line 6: node \'c\': "version" is a whole number'),
-    ("parameters", TEXT.replace('"parameters": {}', '"parameters": []'), DocumentError, '"parameters" is a list, not an object'),
+    ("version", TEXT.replace('"version": 1', '"version": 1.5'), DocumentError,
+     'line 6: node \'c\': "version" is a whole number'),
+    ("parameters", TEXT.replace('"parameters": {}', '"parameters": []'), DocumentError,
+     '"parameters" is a list, not an object'),
     ("nodes", TEXT.replace('"nodes": [', '"nodes": 3, "x": ['), DocumentError, '"nodes" is a number, not a list'),
-    ("parameter", TEXT.replace('"number"', '"numer"'), UnknownName, "line 6: c .Constant. has no parameter 'numer'; did you mean"),
+    ("parameter", TEXT.replace('"number"', '"numer"'), UnknownName,
+     "line 6: c .Constant. has no parameter 'numer'; did you mean"),
     ("type", TEXT.replace("1.0", '"much"'), ValueRefused, "line 6: c: number takes a number, not 'much'"),
     ("no wire", TEXT.replace("c.value -> n.a", "c.value => n.a"), DocumentError, "line 11: 'c.value => n.a' is no wire"),
-    ("wire to nothing", TEXT.replace("c.value -> n.a", "c.value -> m.a"), UnknownName, "line 11: wire 'c.value -> m.a': there is no node 'm'"),
+    ("wire to nothing", TEXT.replace("c.value -> n.a", "c.value -> m.a"), UnknownName,
+     "line 11: wire 'c.value -> m.a': there is no node 'm'"),
     ("port", TEXT.replace("n.a", "n.b"), UnknownName, "line 11: n .Negate. has no port 'b'"),
     ("output", TEXT.replace("c.value -> n.a", "c.valve -> n.a"), UnknownName, "no output 'valve'; did you mean 'value'"),
     ("taken", TEXT.replace("t.values[1]", "t.values[0]"), DocumentError, r"line 13: two wires end at 't.values\[0\]'"),
     ("no list", TEXT.replace("n.a", "n.a[1]"), PortTaken, r"line 11: n.a takes one wire, not a list: leave out \[1\]"),
     ("cycle", TEXT.replace("c.value -> n.a", "t.value -> n.a"), CycleError, "the wires close a circle: .*data runs one way"),
-    ("type mismatch", TEXT.replace("c.value -> n.a", "c.value:accuracy -> n.a"), TypeMismatch, "line 11: .*needs a Value, got Accuracy"),
+    ("type mismatch", TEXT.replace("c.value -> n.a", "c.value:accuracy -> n.a"), TypeMismatch,
+     "line 11: .*needs a Value, got Accuracy"),
     ("k", TEXT.replace('"k": 2.0', '"k": 0'), DocumentError, "line 4: the coverage factor k is a positive number"),
     ("bytes", b"\xff\xfe\x00", DocumentError, "is not UTF-8 text"),
     ("surrogate", TEXT.replace('"title": ""', '"title": "\\ud800"'), DocumentError, "is not UTF-8 text"),
@@ -172,7 +179,7 @@ def test_what_is_wrong_in_a_file_is_said_with_its_place(lab: Any, text: Any, kin
 
 def test_a_file_that_is_not_there_names_the_nearest(lab: Any, tmp_path: Path) -> None:
     (tmp_path / "contours.json").write_text(TEXT)
-    with pytest.raises(DocumentError, match="no file 'contour.json' in .*; the nearest is 'contours.json'"):
+    with pytest.raises(DocumentError, match=r"no file 'contour\.json' in .*; the nearest is 'contours.json'"):
         document.load(tmp_path / "contour.json", lab.catalogue)
 
 
@@ -293,7 +300,8 @@ def test_save_load_save_is_byte_equal(lab: Any, specs: Any, data: Any) -> None:
 
     network = lab.build(data.draw(specs))
     name = data.draw(st.sampled_from(sorted(network.nodes)))
-    changed = replace(network.nodes[name], extras=data.draw(unknown_keys), view=data.draw(unknown_keys), disabled=data.draw(st.booleans()))
+    drawn = {"extras": data.draw(unknown_keys), "view": data.draw(unknown_keys), "disabled": data.draw(st.booleans())}
+    changed = replace(network.nodes[name], **drawn)
     network = replace(network, nodes={**network.nodes, name: changed}, extras=data.draw(unknown_keys))
     network = network.settle(k=data.draw(st.floats(0.1, 10)), **data.draw(unknown_keys))
     text = document.dumps(network, lab.catalogue)

@@ -280,7 +280,7 @@ def test_a_running_node_goes_on_for_the_next_wave_also_if_its_inputs_are_gone(
     lab: Any, adopts: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not adopts:
-        made = Wave.__init__
+        made: Any = Wave.__init__
         monkeypatch.setattr(Wave, "__init__", lambda self, *rest: made(self, *rest[:-1], ()))
     network = lab.network({"c": "constant", "h": "held", "x": "zero"}, "c.value -> h.a")
     lab.gate.clear()
@@ -401,7 +401,8 @@ def test_a_reloaded_module_fires_again_by_itself(lab: Any, tmp_path: Any) -> Non
 
 def test_large_arrays_are_counted_and_not_copied(lab: Any) -> None:
     results = Results()
-    run = lab.run(lab.network({"r": ("ramp", {"count": 1000}), "m": "between"}, "r.samples -> m.samples"), results, wanted=["r", "m"])
+    network = lab.network({"r": ("ramp", {"count": 1000}), "m": "between"}, "r.samples -> m.samples")
+    run = lab.run(network, results, wanted=["r", "m"])
     samples, model = run.output("r"), run.output("m")
     assert np.shares_memory(samples.values, model.samples.values)
     assert results.bytes < 2 * samples.values.nbytes + 50_000

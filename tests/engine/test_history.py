@@ -50,15 +50,13 @@ def test_a_camera_is_no_step_and_stays_when_a_step_is_undone(lab: Any) -> None:
 
 def test_it_knows_whether_something_has_changed_since_it_was_saved(lab: Any) -> None:
     history = History(lab.network({"c": "constant"}))
-    assert not history.modified
+    seen = [history.modified]
     history.commit("Set", history.network.set("c", "number", 4, lab.catalogue))
-    assert history.modified
-    history.saved()
-    assert not history.modified
-    history.undo()
-    assert history.modified
-    history.redo()
-    assert not history.modified
+    seen.append(history.modified)
+    for step in (history.saved, history.undo, history.redo):
+        step()
+        seen.append(history.modified)
+    assert seen == [False, True, False, True, False]
 
 
 def test_the_oldest_steps_are_forgotten(lab: Any) -> None:

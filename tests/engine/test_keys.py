@@ -24,7 +24,7 @@ class Colour(enum.Enum):
     ROSSO = 2
 
 
-SAME = [
+SAME: list[tuple[Any, Any]] = [
     (-0.0, 0.0),
     ([1, 2], (1, 2)),
     ("e\u0301", "\u00e9"),
@@ -36,7 +36,7 @@ SAME = [
     ({"a": 1, "b": 2}, {"b": 2, "a": 1}),
     ({3, 1}, {1, 3}),
 ]
-DIFFERENT = [
+DIFFERENT: list[tuple[Any, Any]] = [
     (1, 1.0),
     (True, 1),
     (0, False),
@@ -112,7 +112,7 @@ def test_a_key_is_the_digest_of_all_that_decides_a_result(lab: Any) -> None:
     network = lab.network({"c": ("constant", {"number": 2}), "t": "total"}, "c.value -> t.values", "c.value -> t.values")
     keys = scheduler.keys(network, lab.catalogue)
     module = lab.catalogue["user.fakes.constant"]
-    whole = (FORMAT, module.id, 1, module.digest, [("number", 2.0), ("sigma", 0.0)], [])
+    whole: tuple[Any, ...] = (FORMAT, module.id, 1, module.digest, [("number", 2.0), ("sigma", 0.0)], [])
     assert keys["c"] == digest(canonical(whole))
     ends = [("values", 0, "value", keys["c"]), ("values", 1, "value", keys["c"])]
     assert keys["t"] == digest(canonical((FORMAT, "user.fakes.total", 1, module.digest, [], ends)))

@@ -16,7 +16,8 @@ from app.engine.network import Network, Node
 
 @pytest.fixture
 def pair(lab: Any) -> Network:
-    return lab.network({"c": "constant", "n": "negate"}, "c.value -> n.a")
+    network: Network = lab.network({"c": "constant", "n": "negate"}, "c.value -> n.a")
+    return network
 
 
 def test_an_edit_leaves_the_network_before_as_it_was(lab: Any, pair: Network) -> None:
@@ -92,7 +93,9 @@ REFUSALS: list[tuple[str, type[NetworkError], str]] = [
 
 
 @pytest.mark.parametrize(("edit", "kind", "sentence"), REFUSALS, ids=[r[0] for r in REFUSALS])
-def test_what_is_refused_is_said_in_a_sentence(lab: Any, pair: Network, edit: str, kind: type[NetworkError], sentence: str) -> None:
+def test_what_is_refused_is_said_in_a_sentence(
+    lab: Any, pair: Network, edit: str, kind: type[NetworkError], sentence: str
+) -> None:
     with pytest.raises(kind, match=sentence) as caught:
         eval(edit, {"n": pair, "m": lab.catalogue, "float": float, "range": range})
     assert caught.value.exit_code == 2
@@ -138,22 +141,29 @@ def test_networks_pickle(lab: Any, pair: Network) -> None:
     assert pickle.loads(pickle.dumps(pair)) == pair
 
 
+def edit(lab: Any, network: Network, one: str, other: str, which: int) -> Network:
+    match which:
+        case 0:
+            return network.connect(one, "value", other, "a", lab.catalogue)
+        case 1:
+            return network.connect(one, "value", other, "values", lab.catalogue)
+        case 2:
+            return network.disconnect(one, "values")
+        case 3:
+            return network.remove(one) if len(network.nodes) > 1 else network
+        case 4:
+            return network.rename(one, f"{one}x")
+    return network.paste(network.part([one, other]), lab.catalogue)
+
+
 @given(st.data())
 def test_any_row_of_edits_leaves_a_legal_network(lab: Any, specs: Any, data: Any) -> None:
     network = lab.build(data.draw(specs))
     for _ in range(data.draw(st.integers(0, 6))):
         names = sorted(network.nodes)
         one, other = data.draw(st.sampled_from(names)), data.draw(st.sampled_from(names))
-        edits = (
-            lambda: network.connect(one, "value", other, "a", lab.catalogue),
-            lambda: network.connect(one, "value", other, "values", lab.catalogue),
-            lambda: network.disconnect(one, "values"),
-            lambda: network.remove(one) if len(names) > 1 else network,
-            lambda: network.rename(one, f"{one}x"),
-            lambda: network.paste(network.part([one, other]), lab.catalogue),
-        )
         try:
-            network = data.draw(st.sampled_from(edits))()
+            network = edit(lab, network, one, other, data.draw(st.integers(0, 5)))
         except NetworkError:
             continue
         check.network(network.nodes, network.wires, lab.catalogue)

@@ -67,7 +67,12 @@ def test_digests_are_remembered_but_not_of_a_young_file(tmp_path: Path, monkeypa
     digests = Digests()
     reads: list[str] = []
     whole = paths._whole
-    monkeypatch.setattr(paths, "_whole", lambda path, *rest: (reads.append(path.name), whole(path, *rest))[1])
+
+    def noted(path: Path, *rest: Any) -> str:
+        reads.append(path.name)
+        return whole(path, *rest)
+
+    monkeypatch.setattr(paths, "_whole", noted)
     aged, young = old(tmp_path / "old", "1"), tmp_path / "young"
     young.write_text("1")
     for path in (aged, aged, young, young):
@@ -111,7 +116,8 @@ def test_digesting_is_cancelled_and_tells_how_far_it_is(tmp_path: Path) -> None:
 def test_paths_lead_into_installed_packages_that_are_not_imported(tmp_path: Path) -> None:
     spec = importlib.util.find_spec("networkx")
     assert spec is not None and spec.submodule_search_locations
-    assert locate("package:networkx/readwrite/gml.py", tmp_path) == Path(spec.submodule_search_locations[0]) / "readwrite" / "gml.py"
+    inside = Path(spec.submodule_search_locations[0]) / "readwrite" / "gml.py"
+    assert locate("package:networkx/readwrite/gml.py", tmp_path) == inside
     assert "not installed: install it" in one("package:no_such_package/x.npz", tmp_path).problem
     assert "leads out of the package" in one("package:networkx/../numpy/x", tmp_path).problem
     assert "did you" not in one("package:networkx/readwrite/gmll.py", tmp_path).problem

@@ -72,7 +72,8 @@ def check_one_wave(lab: Any, network: Network, wanted: list[str], results: Resul
     kept = {k for k in keys.values() if k in results}
     failed = {k for k in keys.values() if k in results.failures}
     bound = results.bound
-    with Watched(lab.catalogue, results, workers=workers) as engine:
+    engine = Watched(lab.catalogue, results, workers=workers)
+    with engine:
         engine.want(network, wanted)
         events = list(engine.events(once=True))
         fires = expected_to_fire(lab, network, wanted, kept.__contains__) - failed
@@ -234,7 +235,7 @@ def _shows_late(land: Any) -> Any:
 
 def _walks_through(plan: Any) -> Any:
     def walked(*args: Any) -> Any:
-        *rest, there, failures = args
+        *rest, _, failures = args
         return plan(*rest, lambda key: False, failures)
 
     return walked
@@ -262,22 +263,39 @@ def _never_blocks(fail: Any) -> Any:
     return failed
 
 
+def _forgets_some(again: Any) -> Any:
+    return lambda self, key: None if self._rank[self._nodes[key][0]] % 3 == 2 else again(self, key)
+
+
+def _first_twin_only(finish: Any) -> Any:
+    def finished(self: Any, key: str, entry: Any) -> None:
+        del self._nodes[key][1:]
+        finish(self, key, entry)
+
+    return finished
+
+
+def _fires_early(again: Any) -> Any:
+    def ready(self: Any, key: str) -> None:
+        self._unmet[key] = set()
+        again(self, key)
+
+    return ready
+
+
 PLANTED: dict[str, Callable[[pytest.MonkeyPatch], None]] = {
     "parameters are not in the key": _swap(scheduler, "_own", _no_canonical_parameters),
     "wires are not in the key": _swap(scheduler, "_key", _no_wires),
     "late results are shown": _swap(Engine, "_land", _shows_late),
-    "known results fire again": _swap(wave.scheduler, "plan", _walks_through),
+    "known results fire again": _swap(scheduler, "plan", _walks_through),
     "lists arrive backwards": _swap(wave.Wave, "call", _first_slot_only),
     "a failure blocks nothing": _swap(wave.Wave, "fail", _never_blocks),
     "disabled nodes are not looked at": _swap(scheduler, "_disabled", lambda _: lambda network, names: {}),
     "equal keys are not joined": _swap(wave.Wave, "wants", lambda _: lambda self, key: False),
     "the second output is taken": _swap(wave, "socket", lambda _: lambda outputs, output: list(outputs.values())[-1]),
-    "the stop of a firing is ignored and its end not awaited": _swap(
-        wave.Wave, "again", lambda again: lambda self, key: None if self._rank[self._nodes[key][0]] % 3 == 2 else again(self, key)
-    ),
-    "only the first twin is told": _swap(
-        wave.Wave, "finish", lambda finish: lambda self, key, entry: (self._nodes[key].__delitem__(slice(1, None)), finish(self, key, entry))[1]
-    ),
+    "some that are ready are forgotten": _swap(wave.Wave, "again", _forgets_some),
+    "only the first twin is told": _swap(wave.Wave, "finish", _first_twin_only),
+    "what was stopped fires before its inputs are there": _swap(wave.Wave, "again", _fires_early),
 }
 
 
