@@ -7,14 +7,16 @@ No matplotlib and no VTK here: window, picture and certificate read the same leg
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from app.draw import caption, numbers
-from modules.data.accuracy import SIGNS, Accuracy, Flag, Missing, Rigour, Term
+from app.draw.parts import Bar, Block, Entry, Legend, Statistic, Swatch
+from modules.data.accuracy import SIGNS, Accuracy, Flag, Missing, Term
 from modules.data.geometry import Geometry, Shown
 from modules.data.scene import (
     ChartLook,
@@ -28,119 +30,12 @@ from modules.data.scene import (
     VolumeLook,
 )
 
+__all__ = ["Bar", "Block", "Entry", "Legend", "Swatch", "legend"]
+
 Check = Callable[[float], object]
 
-
-@dataclass(frozen=True, kw_only=True)
-class Swatch:
-    """A sample of how something is drawn."""
-
-    kind: Literal["line", "dust", "points", "surface"]
-    colour: str
-    size: float = 1.2
-    dashed: bool = False
-
-
-@dataclass(frozen=True, kw_only=True)
-class Bar:
-    """A colour bar.
-
-    Parameters
-    ----------
-    colours : (r, g, b) in [0, 1], low to high
-    low, high : its ends
-    under, over : whether values lie beyond the ends
-    """
-
-    title: str
-    unit: str
-    colours: tuple[tuple[float, ...], ...]
-    low: float
-    high: float
-    scale: Literal["linear", "logarithmic"] = "linear"
-    steps: int = 0
-    under: bool = False
-    over: bool = False
-
-
-@dataclass(frozen=True, kw_only=True)
-class Entry:
-    """One source of error.
-
-    Parameters
-    ----------
-    sign, rigour : how it is known
-    number : two digits and the unit; "" if there is none
-    words : the source
-    notes : further lines, such as "0.031 m on 95 %" or "1 point = 34 m²"
-    statistic : what the number is: largest, in all (a sum), 95 %
-    value, p95, total : the numbers themselves, standard deviations times k; None where there is no finite one
-    beyond, count : items whose error has no bound within the picture, and all items
-    """
-
-    sign: str
-    rigour: Rigour
-    number: str
-    words: str
-    notes: tuple[str, ...] = ()
-    statistic: Literal["largest", "in all", "95 %", ""] = "largest"
-    value: float | None = None
-    p95: float | None = None
-    total: float | None = None
-    beyond: int = 0
-    count: int = 0
-    spread: bool = False
-    id: str = ""
-    quantity: str = ""
-    unit: str = ""
-    stage: str = ""
-    rule: str = ""
-    swatch: Swatch | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Block:
-    """One layer: its title, colours, the errors that it shows, and what is exaggerated."""
-
-    title: str
-    swatch: Swatch | None = None
-    bar: Bar | None = None
-    entries: tuple[Entry, ...] = ()
-    boxes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Legend:
-    """All that a picture says in words and numbers."""
-
-    drawn: tuple[Block, ...]
-    not_drawn: tuple[Entry, ...]
-    flags: tuple[str, ...]
-    k: float
-    footer: str
-    caption: str
-
-    def plain(self) -> dict[str, Any]:
-        """As JSON holds it."""
-        return asdict(self)
-
-    def lines(self) -> list[str]:
-        """As lines of text, for a terminal or a reader of screens."""
-        out: list[str] = []
-        for block in self.drawn:
-            out += [block.title] if block.title else []
-            for entry in block.entries:
-                out += [_line(entry), *(f"    {note}" for note in entry.notes)]
-            out += [f"[{box}]" for box in block.boxes]
-        if self.not_drawn:
-            out.append("Not drawn")
-            for entry in self.not_drawn:
-                out += [_line(entry), *(f"    {note}" for note in entry.notes)]
-        return [*out, *self.flags, *([self.footer] if self.footer else [])]
-
-
-def _line(entry: Entry) -> str:
-    return " ".join(part for part in (entry.sign, entry.number, entry.words) if part)
+IN_WORDS: Mapping[str, str] = MappingProxyType({"kappa": "slope too small for the error"})
+"""Names of flags that mean nothing to who has not read the theory."""
 
 
 def legend(scene: Scene, *, k: float = 2.0, check: Check | None = None) -> Legend:
@@ -156,12 +51,14 @@ def legend(scene: Scene, *, k: float = 2.0, check: Check | None = None) -> Legen
     for i, (key, (term, layer)) in enumerate(found.items()):
         entries[key] = _entry(term, layer, k, _share(check, i, len(found)))
     drawn: set[tuple[str, str]] = set()
-    blocks = [_block(layer, entries, drawn, k) for layer in scene.layers]
+    owners = {e.id: found[key][1] for key, e in entries.items()}
+    blocks = _gathered([(layer, _block(layer, entries, drawn, k)) for layer in scene.layers], owners)
     if scene.look.exaggeration != 1:
-        blocks.append(Block(title="", boxes=(f"heights ×{times(scene.look.exaggeration)}",)))
+        blocks.insert(0, Block(title="", boxes=(f"heights ×{times(scene.look.exaggeration)}",)))
     rest = sorted((e for key, e in entries.items() if key not in drawn), key=_rank)
+    rest = [replace(e, words=_told_apart(e, rest, scene.layers)) for e in rest]
     rest += [_missing(m) for m in _unique(m for a in _accuracies(scene.layers) for m in a.missing)]
-    kept = tuple(b for b in _merged(blocks) if b.title or b.entries or b.boxes or b.bar)
+    kept = tuple(b for b in reversed(blocks) if b.title or b.entries or b.boxes or b.bar)
     everything = [*(e for b in kept for e in b.entries), *rest]
     legend = Legend(
         drawn=kept, not_drawn=tuple(rest), flags=_flags(scene.layers), k=k, footer=_footer(everything, k), caption=""
@@ -216,9 +113,10 @@ def _entry(term: Term, layer: Layer, k: float, check: Check | None) -> Entry:
     up = term.source.rigour == "proven"
 
     def say(value: float) -> str:
-        return numbers.with_unit(numbers.significant(value, up=up), term.unit)
+        return numbers.quantity(value, term.unit, up=up)
 
-    number, statistic = say(largest), "largest"
+    number = say(largest)
+    statistic: Statistic = "largest"
     if math.isfinite(total):
         number, statistic = say(total), "in all"
         notes += [f"in all; largest {say(largest)} in one {_item(term)}"] if len(size) > 1 else []
@@ -231,7 +129,7 @@ def _entry(term: Term, layer: Layer, k: float, check: Check | None) -> Entry:
         notes.append(f"in {numbers.plural(term.value.shape[0], 'draw')}")
     return Entry(
         sign=term.source.sign, rigour=term.source.rigour, number=f"±{number}" if spread else number,
-        words=term.name, notes=tuple(notes), statistic=statistic, value=_finite(largest, reach),  # type: ignore[arg-type]  # one of the three
+        words=term.name, notes=tuple(notes), statistic=statistic, value=_finite(largest, reach),
         p95=_finite(p95, reach), total=_finite(total, math.inf), beyond=beyond, count=len(size), spread=spread,
         id=term.id, quantity=term.quantity, unit=term.unit, stage=term.source.stage, rule=term.source.rule,
     )  # fmt: skip
@@ -280,6 +178,15 @@ def _block(layer: Layer, entries: dict[tuple[str, str], Entry], drawn: set[tuple
     )  # fmt: skip
 
 
+def _told_apart(entry: Entry, others: Sequence[Entry], layers: Sequence[Layer]) -> str:
+    """The words of an entry, with its quantity where another has the same words."""
+    if sum(e.words == entry.words for e in others) < 2:
+        return entry.words
+    names = {layer.shape.name for layer in layers if getattr(layer.shape, "name", "")}
+    value = names.pop() if len(names) == 1 else "the value"
+    return f"{entry.words}, in {value if entry.quantity == 'value' else entry.quantity}"
+
+
 def _total(layer: Layer, shown: Shown, k: float) -> Entry:
     """What is shown is no single source: the combined error of the quantity."""
     accuracy, quantity = layer.accuracy, shown.quantity
@@ -289,7 +196,7 @@ def _total(layer: Layer, shown: Shown, k: float) -> Entry:
     size = accuracy.total(k, quantity, terms[0].place)
     word = accuracy.word(quantity)
     largest = float(size.max()) if len(size) else 0.0
-    number = numbers.with_unit(numbers.significant(largest, up=word == "proven"), terms[0].unit)
+    number = numbers.quantity(largest, terms[0].unit, up=word == "proven")
     return Entry(
         sign=SIGNS[word], rigour=word, number=number, words=shown.name, value=_finite(largest, math.inf),
         count=len(size), quantity=quantity, unit=terms[0].unit,
@@ -297,17 +204,21 @@ def _total(layer: Layer, shown: Shown, k: float) -> Entry:
     )  # fmt: skip
 
 
-def _merged(blocks: Sequence[Block]) -> list[Block]:
-    """Blocks without a title of their own join the one before; an error shown twice stands once."""
-    out: list[Block] = []
-    for block in blocks:
-        if block.title or not out or block.bar:
-            out.append(block)
+def _gathered(blocks: Sequence[tuple[Layer, Block]], owners: Mapping[str, Layer]) -> list[Block]:
+    """Errors shown by a layer without a title stand under the layer that they are errors of; the same one stands once."""
+    layers = [layer for layer, _ in blocks]
+    out = [block for _, block in blocks]
+    for i, (_, block) in enumerate(blocks):
+        if block.title or block.bar or not block.entries:
             continue
-        last = out[-1]
-        entries = [*last.entries, *(e for e in block.entries if e not in last.entries)]
-        boxes = tuple(dict.fromkeys((*last.boxes, *block.boxes)))
-        out[-1] = replace(last, entries=tuple(entries), boxes=boxes)
+        owner = owners.get(block.entries[0].id)
+        at = next((j for j, layer in enumerate(layers) if layer is owner and j != i and out[j].title), None)
+        if at is None:
+            continue
+        known = {e.id for e in out[at].entries}
+        entries = (*out[at].entries, *(e for e in block.entries if not e.id or e.id not in known))
+        out[at] = replace(out[at], entries=entries, boxes=tuple(dict.fromkeys((*out[at].boxes, *block.boxes))))
+        out[i] = Block(title="")
     return out
 
 
@@ -323,7 +234,8 @@ def swatch_of(layer: Layer) -> Swatch | None:
     if isinstance(look, SurfaceLook) and not look.relief:
         return Swatch(kind="surface", colour=look.colour)
     if isinstance(look, ChartLook):
-        return Swatch(kind="line" if look.kind == "curve" else "points", colour=look.colour)
+        kinds = {"curve": "line", "bars": "surface", "scatter": "points"}
+        return Swatch(kind=kinds[look.kind], colour=look.colour, size=3.0)  # type: ignore[arg-type]  # one of the kinds
     return None
 
 
@@ -373,13 +285,13 @@ def _flags(layers: Sequence[Layer]) -> tuple[str, ...]:
     counts: dict[str, int] = {}
     for flag in seen.values():
         counts[flag.name] = counts.get(flag.name, 0) + (flag.count if flag.items is not None else 0)
-    return tuple(f"{name}: {numbers.plural(n, 'place')}" if n else name for name, n in counts.items())
+    return tuple(f"{IN_WORDS.get(name, name)}: {numbers.plural(n, 'place')}" if n else name for name, n in counts.items())
 
 
 def _footer(entries: Sequence[Entry], k: float) -> str:
     if not any(e.number for e in entries):
         return ""
-    parts = ["largest values" if any(e.statistic == "largest" for e in entries) else ""]
+    parts = ["numbers are the largest of all items" if any(e.statistic == "largest" for e in entries) else ""]
     parts.append(f"± is k = {k:g} standard deviations" if any(e.spread for e in entries) else "")
     words = "; ".join(p for p in parts if p)
     return words[:1].upper() + words[1:]

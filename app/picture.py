@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from app.draw import page, placing, space
 from app.draw.extent import Box, frame_of, of_layers
+from app.draw.parts import Legend
 from app.draw.pen import Pen
-from app.legend import Legend, legend
+from app.legend import legend
 from app.theme import theme
 from app.viewport import Camera, Viewport, fitted, ground_of, off_screen
 from modules.data.scene import ChartLook, ImageLook, LabelLook, Scene, Text
@@ -80,7 +81,7 @@ def render(
     sheet = _Sheet(scene, words, pen, camera)
     plotter = off_screen((sheet.plot.width * FINER, sheet.plot.height * FINER))
     try:
-        viewport = Viewport(plotter, scale=pen.scale * FINER, stretch=sheet.stretch)
+        viewport = Viewport(plotter, scale=pen.scale * FINER, stretch=sheet.stretch, words=False)
         viewport.show(scene)
         viewport.camera = sheet.camera if sheet.camera is not None else viewport.camera
         pen.image(averaged(viewport.pixels(), FINER), sheet.plot.x, sheet.plot.y)
@@ -196,7 +197,7 @@ class _Sheet:
                 lambda points: self._seen(viewport, points),
                 lambda words, size=size: pen.extent(words, size),  # type: ignore[misc]  # the size is bound now
                 bounds,
-                pad=pen.px(2),
+                pad=pen.px(3),
                 apart=pen.px(150),
                 taken=taken,
             )

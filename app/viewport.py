@@ -8,48 +8,25 @@ each layer lifted above the one before, so that none fights with another for the
 from __future__ import annotations
 
 import math
-import os
-import sys
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.draw import meshes
+from app.draw.dressing import Kind, Style, frame_actor
 from app.draw.extent import Box, of_layers
-from app.draw.looks import KINDS, Kind, Style
-from app.theme import rgb, theme
-from modules.data.scene import Layer, Scene, SurfaceLook
+from app.draw.looks import KINDS
+from app.draw.stage import ANGLE, Camera, depths, fitted, grabbed, ground_of, lights, off_screen
+from app.draw.wording import Wording, in_pixels
+from app.theme import theme
+from modules.data.scene import LabelLook, Layer, Scene
 
 Floats = NDArray[np.float64]
 
-Camera = dict[str, Any]
-"""position, focal, up: three numbers each; angle in degrees; height in world units (parallel); parallel: a flag."""
-
-ANGLE = 26.0
-"""Of view, in degrees: a long lens, which bends a surface little."""
-FROM = (-0.42, -1.0, 0.72)
-"""Where a view in space is first seen from: the south, a little west, above."""
-MARGIN = 1.04
-
-
-def prepare() -> None:
-    """Before VTK is first imported: no X server is asked for where there is none."""
-    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
-        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-
-
-def off_screen(size: tuple[int, int]) -> Any:
-    """A plotter without a window, `size` pixels wide and high, that smooths its edges."""
-    prepare()
-    import pyvista
-    from vtkmodules.vtkCommonCore import vtkSMPTools
-
-    vtkSMPTools.SetBackend("STDThread")
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="none")
-    plotter.render_window.SetMultiSamples(4)
-    return plotter
+__all__ = ["Camera", "Changes", "Viewport", "fitted", "ground_of", "off_screen"]
 
 
 @dataclass
@@ -60,7 +37,6 @@ class Drawn:
     kind: Kind
     props: list[Any]
     key: Hashable = None
-    lift: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -82,17 +58,22 @@ class Viewport:
     ----------
     plotter : any pyvista plotter, in a window or off screen
     scale : pixels of the plotter for one at 100 %
+    words : whether labels are drawn; a picture writes its own
     stretch : of y in two dimensions, for charts whose axes have nothing to do with each other
     """
 
     plotter: Any
     scale: float = 1.0
     stretch: float = 1.0
+    words: bool = True
     scene: Scene | None = None
     _drawn: list[Drawn] = field(default_factory=list)
     _style: Style | None = None
     _box: Any = None
-    _aims: bool = False
+    _lifted: Box | None = None
+    _corner: tuple[int, int, int] | None = None
+    _wording: Wording | None = None
+    _watched: bool = False
 
     def show(self, scene: Scene) -> Changes:
         """Draw a scene; only what changed since the last one is touched.
@@ -118,6 +99,8 @@ class Viewport:
                 self._remove(old)
         self._drawn = [self._drawing(drawn, layer, style, restyled, counts) for drawn, layer in pairs]
         self.scene, self._style = scene, style
+        if not self._watched:
+            self._watched = bool(self.plotter.renderer.AddObserver("StartEvent", lambda *_: self._before_frame()))
         self._place(scene, extent)
         if turned:
             self._lock(scene)
@@ -129,7 +112,7 @@ class Viewport:
         colours = theme(scene.look.theme)
         self.plotter.renderer.SetBackground(*colours.rgb("view"))
         if not self.plotter.renderer.GetLights().GetNumberOfItems() or self.scene is None:
-            self._lights()
+            lights(self.plotter.renderer)
         return Style(theme=colours, ground=ground_of(scene), scale=self.scale, extent=max(extent.sides) or 1.0)
 
     def _pairs(self, layers: Sequence[Layer]) -> list[tuple[Drawn | None, Layer]]:
@@ -195,35 +178,32 @@ class Viewport:
             self._box = None
         if scene.look.dimensions == 2 or not scene.look.axes or not extent.known:
             return
-        from vtkmodules.vtkFiltersSources import vtkCubeSource
-        from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
-
-        cube, mapper = vtkCubeSource(), vtkPolyDataMapper()
-        cube.SetBounds(*extent.lifted(scene.look.exaggeration).bounds)
-        mapper.SetInputConnection(cube.GetOutputPort())
-        self._box = vtkActor()
-        self._box.SetMapper(mapper)
-        prop = self._box.GetProperty()
-        prop.SetRepresentationToWireframe()
-        prop.SetColor(*rgb(theme(scene.look.theme)["box"]))
-        prop.SetLineWidth(1.0 * self.scale)
-        prop.LightingOff()
-        prop.FrontfaceCullingOn()
-        self._box.PickableOff()
+        self._box = frame_actor(theme(scene.look.theme).rgb("box"), self.scale)
+        self._lifted, self._corner = extent.lifted(scene.look.exaggeration), None
+        self._turn_frame()
         self.plotter.renderer.AddViewProp(self._box)
 
-    def _lights(self) -> None:
-        """A light over the left shoulder, and a weak one from the right that opens the shadows."""
-        from vtkmodules.vtkRenderingCore import vtkLight
+    def _before_frame(self) -> None:
+        """What follows the camera: the far sides of the box, and the labels."""
+        self._turn_frame()
+        if self.scene is None or not self.words or not any(isinstance(d.layer.look, LabelLook) for d in self._drawn):
+            return
+        if self._wording is None:
+            self._wording = Wording(self.plotter.renderer, self.scale)
+        size = tuple(self.plotter.render_window.GetSize())
+        factor = self.scene.look.exaggeration if self.scene.look.dimensions == 3 else 1.0
+        self._wording.update(
+            self.scene, theme(self.scene.look.theme), lambda at: in_pixels(self.project(at * [1, 1, factor]), size), size
+        )  # fmt: skip
 
-        self.plotter.renderer.RemoveAllLights()
-        for place, strength in (((-0.7, 0.75, 0.8), 0.92), ((0.9, 0.1, 0.7), 0.22)):
-            light = vtkLight()
-            light.SetLightTypeToCameraLight()
-            light.SetPosition(*place)
-            light.SetFocalPoint(0.0, 0.0, 0.0)
-            light.SetIntensity(strength)
-            self.plotter.renderer.AddLight(light)
+    def _turn_frame(self) -> None:
+        """The three sides that meet in the corner nearest to the eye are left out, so that none crosses the scene."""
+        if self._box is None or self._lifted is None:
+            return
+        corner = self._lifted.near_corner(self.plotter.renderer.GetActiveCamera().GetPosition())
+        if corner != self._corner:
+            self._corner = corner
+            self._box.GetMapper().SetInputData(meshes.frame(self._lifted.corners(), corner))
 
     def _lock(self, scene: Scene) -> None:
         """A flat view is moved and zoomed, never turned; where there is a mouse."""
@@ -322,14 +302,8 @@ class Viewport:
 
     def hidden(self, points: Floats) -> Any:
         """(n,) whether something is drawn before a point, or it lies beyond the window. Call after `pixels`."""
-        from vtkmodules.util.numpy_support import vtk_to_numpy
-        from vtkmodules.vtkCommonCore import vtkFloatArray
-
-        window = self.plotter.render_window
-        width, height = window.GetSize()
-        buffer = vtkFloatArray()
-        window.GetZbufferData(0, 0, width - 1, height - 1, buffer)
-        depth = vtk_to_numpy(buffer).reshape(height, width)
+        depth = depths(self.plotter.render_window)
+        height, width = depth.shape
         clip = self._clip(points)
         x = np.nan_to_num((clip[:, 0] + 1) / 2 * width, nan=-1).astype(int)
         y = np.nan_to_num((clip[:, 1] + 1) / 2 * height, nan=-1).astype(int)
@@ -339,34 +313,7 @@ class Viewport:
         before[inside] = nearest[inside] < (clip[inside, 2] + 1) / 2 - 2e-3
         return before
 
-    def pixels(self) -> Any:
+    def pixels(self) -> NDArray[np.uint8]:
         """(height, width, 3) uint8: what the window shows now."""
         self.plotter.render_window.Render()
-        return self.plotter.screenshot(return_img=True)
-
-
-def ground_of(scene: Scene) -> Literal["view", "clay"]:
-    """What lines and dust of a scene lie on."""
-    clay = any(isinstance(one.look, SurfaceLook) and one.look.opacity > 0.5 for one in scene.layers)
-    return "clay" if clay else "view"
-
-
-def fitted(extent: Box, dimensions: int, aspect: float, exaggeration: float = 1.0) -> Camera:
-    """The camera that sees all of a box: from above in two dimensions, from the south and above in three."""
-    if dimensions == 2:
-        wide, high = extent.sides[0] or 1.0, extent.sides[1] or 1.0
-        height = max(high, wide / aspect)
-        x, y, z = extent.centre
-        return {
-            "position": [x, y, z + 10 * extent.diagonal], "focal": [x, y, z], "up": [0.0, 1.0, 0.0],
-            "angle": ANGLE, "height": height, "parallel": True,
-        }  # fmt: skip
-    lifted = extent.lifted(exaggeration)
-    length = math.sqrt(sum(v * v for v in FROM))
-    away = [v / length for v in FROM]
-    distance = lifted.distance(away, ANGLE, aspect) * MARGIN
-    position = [c + distance * a for c, a in zip(lifted.centre, away, strict=True)]
-    return {
-        "position": position, "focal": list(lifted.centre), "up": [0.0, 0.0, 1.0],
-        "angle": ANGLE, "height": lifted.diagonal, "parallel": False,
-    }  # fmt: skip
+        return grabbed(self.plotter.render_window)

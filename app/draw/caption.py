@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from app.legend import Entry, Legend
+    from app.draw.parts import Entry, Legend
 
 HOW = {"exact": "exactly", "proven": "at most", "estimated": "about", "sampled": "about", "unknown": "an unknown amount"}
 

@@ -67,6 +67,36 @@ class Box:
         low = (self.low[0] - by, self.low[1] - by, self.low[2])
         return replace(self, low=low, high=(self.high[0] + by, self.high[1] + by, self.high[2]))
 
+    def near_corner(self, eye: Sequence[float]) -> tuple[int, int, int]:
+        """For each axis, which end is nearer to the eye: 0 the low, 1 the high."""
+        x, y, z = (int(e > c) for e, c in zip(eye, self.centre, strict=True))
+        return x, y, z
+
+    def seen_from(self, away: Sequence[float], angle: float, aspect: float, margin: float) -> tuple[Floats, Floats]:
+        """(position, focal) of a camera in a direction that sees all corners, in the middle of its picture.
+
+        Parameters
+        ----------
+        away : unit vector from the box to the camera
+        angle : of view, upright, in degrees
+        aspect : width over height
+        margin : room around the box, as a factor
+        """
+        back = np.asarray(away, float)
+        right = np.cross([0.0, 0.0, 1.0], back)
+        right /= np.linalg.norm(right)
+        up = np.cross(back, right)
+        tangent = math.tan(math.radians(angle) / 2)
+        focal, corners = np.asarray(self.centre, float), self.corners()
+        distance = self.distance(away, angle, aspect)
+        for _ in range(6):
+            relative = corners - (focal + distance * back)
+            depth = -(relative @ back)
+            x, y = relative @ right / depth / tangent, relative @ up / depth / tangent
+            focal = focal + distance * tangent * ((x.max() + x.min()) / 2 * right + (y.max() + y.min()) / 2 * up)
+            distance *= margin * max((x.max() - x.min()) / 2 / aspect, (y.max() - y.min()) / 2)
+        return focal + distance * back, focal
+
     def distance(self, away: Sequence[float], angle: float, aspect: float) -> float:
         """How far from the centre a camera in a direction must be to see every corner.
 

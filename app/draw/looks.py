@@ -6,19 +6,18 @@ called only when the key changed; `Kind.dress` sets properties and is called whe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Hashable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.draw import meshes, relief
-from app.theme import Theme, rgb
+from app.draw.dressing import Kind, Props, Style, actor, by, field_of, flat, paint
+from app.theme import rgb
 from modules.data.geometry import Geometry
 from modules.data.scene import (
     ChartLook,
-    Colouring,
     ImageLook,
     LabelLook,
     Layer,
@@ -35,129 +34,35 @@ DASHES = 110.0
 """Dashes along the longest side of the picture."""
 
 
-@dataclass(frozen=True)
-class Style:
-    """What a view adds to a layer's own look.
-
-    Parameters
-    ----------
-    theme : of the view
-    ground : what lines and points lie on: the bare view, or clay
-    scale : of widths and sizes; pixels of the window for one at 100 %
-    extent : longest side of the scene, for the length of dashes
-    """
-
-    theme: Theme
-    ground: Literal["view", "clay"] = "view"
-    scale: float = 1.0
-    extent: float = 1.0
-
-
-Props = list[Any]
-
-
-@dataclass(frozen=True)
-class Kind:
-    """How one kind of look is drawn."""
-
-    made: Callable[[], Props]
-    key: Callable[[Layer, Style], Hashable]
-    feed: Callable[[Props, Layer, Style], None]
-    dress: Callable[[Props, Layer, Style], None]
-
-
-def _actor() -> Any:
-    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
-
-    actor, mapper = vtkActor(), vtkPolyDataMapper()
-    mapper.ScalarVisibilityOff()
-    mapper.SetResolveCoincidentTopologyToPolygonOffset()
-    actor.SetMapper(mapper)
-    return actor
-
-
-def _by(layer: Layer) -> tuple[Hashable, ...]:
-    colouring = getattr(layer.look, "colouring", None)
-    return (id(layer.shape), colouring.by if colouring else "")
-
-
-def field_of(layer: Layer, colouring: Colouring) -> tuple[NDArray[Any], str]:
-    """The values of a geometry that give colours, and whether they lie on points, cells or segments.
-
-    Raises
-    ------
-    ValueError : no such values
-    """
-    shape: Geometry = layer.shape
-    if colouring.by not in shape.values:
-        raise ValueError(f"{layer.title or 'a layer'} is coloured by {colouring.by!r}, which its geometry has not")
-    found = shape.values[colouring.by]
-    values = np.asarray(found.values, float)
-    return (np.linalg.norm(values, axis=1) if values.ndim > 1 else values), found.place
-
-
-def _paint(mapper: Any, colouring: Colouring | None, values: NDArray[Any] | None) -> None:
-    """Colours of the values, by a table; or none."""
-    if colouring is None or values is None:
-        mapper.ScalarVisibilityOff()
-        return
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonCore import vtkLookupTable
-
-    finite = values[np.isfinite(values)]
-    low, high = colouring.range or ((float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0))
-    colours = relief.table(colouring.map)
-    table = vtkLookupTable()
-    table.SetNumberOfTableValues(len(colours))
-    rgba = np.rint(np.column_stack([colours, np.ones(len(colours))]) * 255).astype(np.uint8)
-    table.SetTable(numpy_to_vtk(rgba, deep=True))
-    table.SetNanColor(0, 0, 0, 0)
-    if colouring.map.scale == "logarithmic":
-        table.SetScaleToLog10()
-    table.SetTableRange(low, high)
-    mapper.SetLookupTable(table)
-    mapper.SetUseLookupTableScalarRange(True)
-    mapper.SetColorModeToMapScalars()
-    mapper.SetInterpolateScalarsBeforeMapping(True)
-    mapper.ScalarVisibilityOn()
-
-
-def _flat(prop: Any, colour: str, opacity: float) -> None:
-    """A colour that no light changes."""
-    prop.SetColor(*rgb(colour))
-    prop.SetOpacity(opacity)
-    prop.LightingOff()
-
-
 # --- lines
 
 
 def _line_props() -> Props:
-    return [_actor(), _actor()]
+    return [actor(), actor()]
 
 
 def _line_key(layer: Layer, style: Style) -> Hashable:
     look: LineLook = layer.look  # type: ignore[assignment]  # the table gives each kind its own look
-    return (*_by(layer), look.major, look.dashed, style.extent if look.dashed else 0.0)
+    return (*by(layer), look.major, look.dashed, style.extent if look.dashed else 0.0)
 
 
 def _line_feed(props: Props, layer: Layer, style: Style) -> None:
     look, shape = layer.look, layer.shape
     assert isinstance(look, LineLook) and isinstance(shape, Geometry)
     thick = majors(shape, look.major)
-    for actor, keep in zip(props, (~thick, thick), strict=True):
+    for one, keep in zip(props, (~thick, thick), strict=True):
         part = keep if look.major else None
-        data = _lines(shape, look, part, style)
-        actor.GetMapper().SetInputData(data)
+        data = _lines(layer, shape, look, part, style)
+        one.GetMapper().SetInputData(data)
     props[1].SetVisibility(bool(thick.any()))
 
 
-def _lines(shape: Geometry, look: LineLook, keep: NDArray[np.bool_] | None, style: Style) -> Any:
+def _lines(layer: Layer, shape: Geometry, look: LineLook, keep: NDArray[np.bool_] | None, style: Style) -> Any:
     if look.dashed:
         return meshes.dashes_of(shape, style.extent / DASHES)
     if look.colouring is None:
         return meshes.lines_of(shape, keep)
-    values, place = _values(shape, look.colouring)
+    values, place = field_of(layer, look.colouring)
     if place == "segment":
         data = meshes.segments_of(shape)
         meshes.attach(data, values, "cell")
@@ -172,18 +77,12 @@ def _lines(shape: Geometry, look: LineLook, keep: NDArray[np.bool_] | None, styl
     return data
 
 
-def _values(shape: Geometry, colouring: Colouring) -> tuple[NDArray[Any], str]:
-    values, place = shape.values[colouring.by].values, shape.values[colouring.by].place
-    array = np.asarray(values, float)
-    return (np.linalg.norm(array, axis=1) if array.ndim > 1 else array), place
-
-
 def majors(shape: Geometry, major: int) -> NDArray[np.bool_]:
     """(lines,) whether a line's level is one of every `major`-th: a multiple of the wide step, or in order if uneven."""
     none = np.zeros(len(shape.lines), bool)
     if not major or "level" not in shape.values:
         return none
-    values, place = _values(shape, Colouring(by="level", map=None))  # type: ignore[arg-type]  # no colours are asked for
+    values, place = np.asarray(shape.values["level"].values, float), shape.values["level"].place
     if place == "point":
         values = values[shape.lines.connectivity[shape.lines.offsets[:-1]]]
     elif place == "cell":
@@ -202,12 +101,12 @@ def _line_dress(props: Props, layer: Layer, style: Style) -> None:
     look = layer.look
     assert isinstance(look, LineLook)
     values = field_of(layer, look.colouring)[0] if look.colouring else None
-    for actor, width in zip(props, (look.width, look.width * THICK), strict=True):
-        prop = actor.GetProperty()
-        _flat(prop, style.theme.on(look.colour, style.ground), look.opacity)
+    for one, width in zip(props, (look.width, look.width * THICK), strict=True):
+        prop = one.GetProperty()
+        flat(prop, style.theme.on(look.colour, style.ground), look.opacity)
         prop.SetLineWidth(width * style.scale)
-        mapper = actor.GetMapper()
-        _paint(mapper, look.colouring, values)
+        mapper = one.GetMapper()
+        paint(mapper, look.colouring, values)
         mapper.SetRelativeCoincidentTopologyLineOffsetParameters(-2.0, -8.0)
 
 
@@ -228,12 +127,12 @@ def _point_feed(props: Props, layer: Layer, style: Style) -> None:
 def _point_dress(props: Props, layer: Layer, style: Style) -> None:
     look = layer.look
     assert isinstance(look, PointLook)
-    (actor,) = props
-    prop, mapper = actor.GetProperty(), actor.GetMapper()
-    _flat(prop, style.theme.on(look.colour, style.ground), look.opacity)
+    (one,) = props
+    prop, mapper = one.GetProperty(), one.GetMapper()
+    flat(prop, style.theme.on(look.colour, style.ground), look.opacity)
     prop.SetPointSize(look.size * style.scale)
     prop.SetRenderPointsAsSpheres(True)
-    _paint(mapper, look.colouring, field_of(layer, look.colouring)[0] if look.colouring else None)
+    paint(mapper, look.colouring, field_of(layer, look.colouring)[0] if look.colouring else None)
     mapper.SetRelativeCoincidentTopologyPointOffsetParameter(-12.0)
 
 
@@ -243,7 +142,7 @@ def _point_dress(props: Props, layer: Layer, style: Style) -> None:
 def _surface_key(layer: Layer, style: Style) -> Hashable:
     look: SurfaceLook = layer.look  # type: ignore[assignment]  # the table gives each kind its own look
     lit = (look.light, look.colour, look.colouring, style.theme.name) if look.relief else ()
-    return (*_by(layer), look.smooth, look.relief, lit)
+    return (*by(layer), look.smooth, look.relief, lit)
 
 
 def _surface_feed(props: Props, layer: Layer, style: Style) -> None:
@@ -294,8 +193,8 @@ def _light(data: Any, layer: Layer, style: Style) -> None:
 def _surface_dress(props: Props, layer: Layer, style: Style) -> None:
     look = layer.look
     assert isinstance(look, SurfaceLook)
-    (actor,) = props
-    prop, mapper = actor.GetProperty(), actor.GetMapper()
+    (one,) = props
+    prop, mapper = one.GetProperty(), one.GetMapper()
     prop.SetColor(*rgb(style.theme[look.colour]))
     prop.SetOpacity(look.opacity)
     prop.SetAmbient(0.22)
@@ -306,13 +205,13 @@ def _surface_dress(props: Props, layer: Layer, style: Style) -> None:
     prop.SetEdgeColor(*rgb(style.theme.on("line", "clay")))
     prop.SetLineWidth(0.6 * style.scale)
     prop.SetLighting(not look.relief)
-    actor.SetTexture(_texture(layer.shape.texture, True) if layer.shape.texture is not None else None)
+    one.SetTexture(_texture(layer.shape.texture, True) if layer.shape.texture is not None else None)
     if look.relief:
         mapper.SetColorModeToDirectScalars()
         mapper.ScalarVisibilityOn()
         return
     coloured = look.colouring is not None and not layer.shape.primitives
-    _paint(mapper, look.colouring, field_of(layer, look.colouring)[0] if coloured and look.colouring else None)
+    paint(mapper, look.colouring, field_of(layer, look.colouring)[0] if coloured and look.colouring else None)
 
 
 def _texture(image: NDArray[np.uint8], smooth: bool) -> Any:
@@ -409,7 +308,7 @@ def _chart_dress(props: Props, layer: Layer, style: Style) -> None:
     look = layer.look
     assert isinstance(look, ChartLook)
     prop = props[0].GetProperty()
-    _flat(prop, style.theme[look.colour], 1.0)
+    flat(prop, style.theme[look.colour], 1.0)
     prop.SetLineWidth(1.5 * style.scale)
     prop.SetPointSize(4.0 * style.scale)
     prop.SetRenderPointsAsSpheres(True)
@@ -423,12 +322,12 @@ def _nothing(props: Props, layer: Layer, style: Style) -> None:
 
 
 KINDS: Mapping[type, Kind] = {
-    SurfaceLook: Kind(lambda: [_actor()], _surface_key, _surface_feed, _surface_dress),
+    SurfaceLook: Kind(lambda: [actor()], _surface_key, _surface_feed, _surface_dress),
     LineLook: Kind(_line_props, _line_key, _line_feed, _line_dress),
-    PointLook: Kind(lambda: [_actor()], lambda layer, style: _by(layer), _point_feed, _point_dress),
-    ImageLook: Kind(lambda: [_actor()], _image_key, _image_feed, _image_dress),
+    PointLook: Kind(lambda: [actor()], lambda layer, style: by(layer), _point_feed, _point_dress),
+    ImageLook: Kind(lambda: [actor()], _image_key, _image_feed, _image_dress),
     VolumeLook: Kind(_volume_props, lambda layer, style: id(layer.shape), _volume_feed, _volume_dress),
-    ChartLook: Kind(lambda: [_actor()], lambda layer, style: (id(layer.shape), layer.look), _chart_feed, _chart_dress),
+    ChartLook: Kind(lambda: [actor()], lambda layer, style: (id(layer.shape), layer.look), _chart_feed, _chart_dress),
     LabelLook: Kind(list, lambda layer, style: id(layer.shape), _nothing, _nothing),
 }
 """Each look has its row; a look without one is refused."""

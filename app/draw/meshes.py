@@ -16,6 +16,13 @@ ROUND = 48
 """Facets around a sphere."""
 
 
+def frame(corners: Floats, without: tuple[int, int, int]) -> Any:
+    """The sides of a box, corners in the order of `itertools.product`, but those that meet in one corner."""
+    left_out = without[0] * 4 + without[1] * 2 + without[2]
+    sides = [(a, a + step) for step in (1, 2, 4) for a in range(8) if not a & step]
+    return poly(corners, lines=Cells.of(np.array([s for s in sides if left_out not in s])))
+
+
 def cell_array(cells: Cells) -> Any:
     """Our cells as VTK's."""
     from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray

@@ -60,6 +60,17 @@ def count(n: int) -> str:
     return grouped(str(n))
 
 
+def quantity(value: float, unit: str, *, up: bool = False, digits: int = 2) -> str:
+    """A number with its unit, many metres in kilometres and many square metres in square kilometres."""
+    larger = {"m": ("km", 1e3, 1e5), "m²": ("km²", 1e6, 1e5)}
+    if unit in larger and math.isfinite(value) and abs(value) >= larger[unit][2]:
+        unit, by, _ = larger[unit]
+        value /= by
+    if value == 0:
+        return "0"  # nothing needs no unit
+    return with_unit(significant(value, digits, up=up), unit)
+
+
 def with_unit(text: str, unit: str) -> str:
     """The unit after a space that does not break."""
     return f"{text}{SPACE}{unit}" if unit else text
@@ -112,6 +123,20 @@ def labels(values: Sequence[float]) -> list[str]:
     if any(abs(v * 10**places - round(v * 10**places)) > 1e-6 for v in values):
         places += 1
     return [grouped(f"{v:.{places}f}" if round(v, places) else "0") for v in values]
+
+
+def along(values: Sequence[float]) -> list[str]:
+    """Numbers of a colour bar, to a hundredth of its length."""
+    span = max(values) - min(values)
+    largest = max(abs(v) for v in values)
+    if not 0 < span < math.inf or largest >= 1e7 or span < 1e-4:
+        return [significant(v, 3) for v in values]
+    places = max(0, 2 - math.floor(math.log10(span)))
+    texts = [f"{v:.{places}f}" for v in values]
+    while places and all(t.endswith("0") for t in texts):
+        places -= 1
+        texts = [t[:-1].rstrip(".") for t in texts]
+    return [grouped("0" if float(t) == 0 else t) for t in texts]
 
 
 def display_unit(unit: str, span: float) -> tuple[str, float]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.draw import numbers
 from app.draw.extent import Box
 from app.draw.panel import WIDTH, Panel, fitted
+from app.draw.parts import Legend
 from app.draw.pen import Pen
-from app.legend import Legend
 from modules.data.grid import Frame
 from modules.data.scene import SceneLook
 
@@ -154,12 +155,8 @@ def scale_bar(pen: Pen, plot: Rect, view: Box, frame: Frame, cell: float | None,
     if unit not in numbers.LENGTHS or frame.units[1] != unit or not view.sides[0]:
         return
     across = plot.width / view.sides[0]
-    length = max(v for v in _round_lengths(0.24 * view.sides[0]))
-    shown, by = numbers.display_unit(unit, 5 * length)
-    words = numbers.with_unit(numbers.labels([length / by])[0], shown)
-    if cell:
-        words += f", {numbers.significant(length / cell, 3)} cells"
-    wide = max(length * across, pen.extent(f"0  {words}", 10.5)[0]) + pen.px(24)
+    length, words = _bar_of(pen, view.sides[0], across, unit, cell)
+    wide = length * across + pen.px(24)
     high = pen.px(34)
     left = plot.x + pen.px(INSET) if taken != "bottom left" else plot.right - pen.px(INSET) - wide
     top = plot.bottom - pen.px(INSET) - high
@@ -168,12 +165,21 @@ def scale_bar(pen: Pen, plot: Rect, view: Box, frame: Frame, cell: float | None,
     end = start + length * across
     pen.line([(start, base - rise), (start, base), (end, base), (end, base - rise)], role="text", width=1.3)
     pen.text(start, top + pen.px(15), "0", size=10.5, role="text 2")
-    pen.text(max(end, left + wide - pen.px(12)), top + pen.px(15), words, size=10.5, role="text 2", across="right")
+    pen.text(end, top + pen.px(15), words, size=10.5, role="text 2", across="right")
 
 
-def _round_lengths(most: float) -> list[float]:
-    step = numbers.step_for(most, 1)
-    return [s for s in (step / 5, step / 2, step) if s <= most] or [most]
+def _bar_of(pen: Pen, span: float, across: float, unit: str, cell: float | None) -> tuple[float, str]:
+    """The shortest round length under whose bar its words have room, and the words."""
+    power = 10.0 ** math.floor(math.log10(0.05 * span))
+    length, words = span, ""
+    for length in (m * power for m in (1.0, 2.0, 5.0, 10.0, 20.0)):
+        shown, by = numbers.display_unit(unit, 5 * length)
+        words = numbers.with_unit(numbers.labels([length / by])[0], shown)
+        if cell:
+            words += f", {numbers.significant(length / cell, 3)}{numbers.SPACE}cells"
+        if length * across >= pen.extent(f"0     {words}", 10.5)[0]:
+            break
+    return length, words
 
 
 def corner_words(pen: Pen, plot: Rect, corner: str, lines: tuple[str, ...], size: float, role: str) -> None:

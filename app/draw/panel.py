@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from app.draw import numbers
+from app.draw.parts import Bar, Entry, Legend, Swatch
 from app.draw.pen import Pen
 from app.draw.relief import table
-from app.legend import Bar, Entry, Legend, Swatch
 from modules.data.scene import ColourMap
 
 TEXT = 11.0
@@ -78,7 +78,7 @@ class Panel:
             rows += self._title(block.title, block.swatch) if block.title else []
             rows += self._bar(block.bar) if block.bar else []
             rows += [row for entry in block.entries for row in self._entry(entry)]
-            rows += [self._boxed(words) for words in block.boxes]
+            rows += [self._boxed(words, self.words if block.entries else 0.0) for words in block.boxes]
         if self.legend.not_drawn:
             rows += [self._rule()] if rows else []
             rows.append(self._plain("Not drawn", "text 2"))
@@ -141,11 +141,10 @@ class Panel:
             rows.append(Row(LEADING * self.unit, note_ink))
         return rows
 
-    def _boxed(self, words: str) -> Row:
+    def _boxed(self, words: str, start: float) -> Row:
         def ink(x: float, y: float) -> None:
             wide = self._wide(words, bold=True) + 12 * self.unit
-            left = x + self.words
-            left = min(left, x + self.width - 2 * self.inset - wide)
+            left = min(x + start, x + self.width - 2 * self.inset - wide)
             self.pen.box(left, y + 2 * self.unit, wide, 18 * self.unit, edge="text", radius=4 * self.shrink)
             self._write(left + 6 * self.unit, y + 2.5 * self.unit, words, bold=True)
 
@@ -226,10 +225,10 @@ class Panel:
             places = np.log(np.array(at) / bar.low) / np.log(bar.high / bar.low)
             words = [numbers.significant(v) for v in at]
         else:
-            at = [bar.low, (bar.low + bar.high) / 2, bar.high] if bar.steps else _three(bar.low, bar.high)
-            places = (np.array(at) - bar.low) / ((bar.high - bar.low) or 1.0)
-            words = numbers.labels(at) if not bar.steps else [numbers.significant(v, 3) for v in at]
-        words = self._ended(words, at, bar)
+            at = [bar.low, (bar.low + bar.high) / 2, bar.high]
+            places = np.array([0.0, 0.5, 1.0])
+            words = numbers.along(at)
+        words = self._ended(words, bar)
         for word, place in zip(words, places, strict=True):
             mark = left + float(place) * length
             self.pen.line([(mark, y - 2 * self.unit), (mark, y + 1.5 * self.unit)], role="edge")
@@ -237,7 +236,7 @@ class Panel:
             start = min(max(mark - wide / 2, left), left + length - wide)
             self._write(start, y, word, role="text 2", size=10.5)
 
-    def _ended(self, words: list[str], at: list[float], bar: Bar) -> list[str]:
+    def _ended(self, words: list[str], bar: Bar) -> list[str]:
         """The last number with its unit, and a plus where values lie beyond the end."""
         words = list(words)
         if words:
@@ -247,12 +246,6 @@ class Panel:
 
 
 SPECKS = ((5.0, -1.5), (9.0, 3.0), (12.5, -3.5), (15.5, 1.0), (19.5, -1.0), (8.0, -3.8), (13.0, 4.2))
-
-
-def _three(low: float, high: float) -> list[float]:
-    """Round places near both ends and the middle."""
-    found = numbers.ticks(low, high, 3)
-    return found if 2 <= len(found) <= 5 else [low, high]
 
 
 def fitted(legend: Legend, pen: Pen, width: float, height: float, *, on: str, boxed: bool) -> Panel:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from app.theme import FONTS, Theme
 
 DPI = 100.0
-BOLD = 600
 
 
 @cache
@@ -22,6 +21,15 @@ def families() -> tuple[str, ...]:
 
     there = {font.name for font in font_manager.fontManager.ttflist}
     return tuple(name for name in FONTS if name in there) or FONTS[-1:]
+
+
+@cache
+def heavy() -> int:
+    """Weight of headings: semibold where the first font has it, else bold."""
+    from matplotlib import font_manager
+
+    weights = {font.weight for font in font_manager.fontManager.ttflist if font.name == families()[0]}
+    return 600 if weights & {600, "semibold"} else 700
 
 
 class Pen:
@@ -59,7 +67,7 @@ class Pen:
     def _font(self, size: float, bold: bool) -> Any:
         from matplotlib.font_manager import FontProperties
 
-        weight = BOLD if bold else 400
+        weight = heavy() if bold else 400
         return FontProperties(family=list(families()), size=self.px(size) * 72 / DPI, weight=weight)
 
     def extent(self, words: str, size: float, bold: bool = False) -> tuple[float, float]:

@@ -44,7 +44,7 @@ def grey(light: Floats, theme: Theme) -> Floats:
 
 def tones(colour: tuple[float, float, float], light: Floats) -> Floats:
     """(..., 3) one colour under the light: darker to its half in shadow, a little lighter in full light."""
-    strength = np.interp(light, [0.0, 0.5, 1.0], [0.45, 0.94, 1.12])[..., None]
+    strength = np.interp(light, [0.0, 0.5, 1.0], [0.58, 0.96, 1.12])[..., None]
     return np.clip(np.asarray(colour) * strength, 0.0, 1.0)
 
 

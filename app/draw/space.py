@@ -71,7 +71,11 @@ def _one(
     for (x, y), words in zip(project(places), told.words, strict=True):
         tip = np.array([x, y]) + outward * pen.px(5)
         _put(pen, plot, tip, outward, words, 10.5, taken, mark=(float(x), float(y)))
-    far = (a + b) / 2 + outward * pen.px(5 + 2 * 13 + (16 if abs(outward[0]) > 0.6 else 0))
+    if axis == 2:  # over its upper end: the edge may be short
+        _put(pen, plot, b, np.array([0.0, -1.0]), told.name, 11.0, taken)
+        return
+    widest = max((pen.extent(w, 10.5)[0] for w in told.words), default=0.0)
+    far = (a + b) / 2 + outward * (pen.px(5 + 14) + abs(outward[0]) * widest + abs(outward[1]) * pen.px(10))
     _put(pen, plot, far, outward, told.name, 11.0, taken)
 
 

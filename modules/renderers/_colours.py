@@ -49,7 +49,7 @@ def colour_map(name: str = "values", *, scale: Scale = "linear", steps: int = 0)
 
 
 def ends(values: NDArray[np.float64], map: ColourMap, low: float | None, high: float | None) -> tuple[float, float]:
-    """The ends of a colour bar: as given, else those of the finite data.
+    """The ends of a colour bar: as given, else those of the finite data; errors are told from zero.
 
     Raises
     ------
@@ -57,6 +57,8 @@ def ends(values: NDArray[np.float64], map: ColourMap, low: float | None, high: f
     """
     finite = values[np.isfinite(values)]
     first = float(finite.min()) if low is None and finite.size else (0.0 if low is None else low)
+    if map.name == "errors" and map.scale == "linear" and low is None and first > 0:
+        first = 0.0
     last = float(finite.max()) if high is None and finite.size else (1.0 if high is None else high)
     if map.scale == "logarithmic" and first <= 0:
         what = f"the lowest value is {first:.3g}" if low is None else f"the lower end is {first:.3g}"

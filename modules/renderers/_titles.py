@@ -57,14 +57,14 @@ def of_lines(geometry: Geometry) -> str:
     """Of lines: their levels, else the geometry's name."""
     levels = levels_of(geometry)
     if not levels:
-        return geometry.name or "Lines"
+        return headed(geometry.name) or "Lines"
     return at_levels(levels, geometry.values["level"].unit, "Contour line", "Contour lines")
 
 
 def of_surface(geometry: Geometry, relief: bool, light: float) -> str:
     """Of a surface: its levels, else the geometry's name; and the light of the relief."""
     levels = levels_of(geometry)
-    words = geometry.name or "Surface"
+    words = headed(geometry.name) or "Surface"
     if levels:
         words = at_levels(levels, geometry.values["level"].unit, "Surface", "Surfaces")
     return f"{words}, {lit(light)}" if relief else words
@@ -72,15 +72,20 @@ def of_surface(geometry: Geometry, relief: bool, light: float) -> str:
 
 def of_points(geometry: Geometry) -> str:
     """Of points: nothing when they show an error, whose own words stand in the legend."""
-    return "" if geometry.shows else geometry.name or "Points"
+    return "" if geometry.shows else headed(geometry.name) or "Points"
 
 
 def of_image(samples: Samples, look: ImageLook) -> str:
     """Of an image: what it shows, and the light of the relief."""
-    name = samples.name[:1].upper() + samples.name[1:]
+    name = headed(samples.name)
     if look.colouring is None:
         return f"Relief{f' of {samples.name}' if samples.name else ''}, {lit(look.exaggeration)}"
     return f"{name or 'Values'}, {lit(look.exaggeration)}" if look.relief else name or "Values"
+
+
+def headed(name: str) -> str:
+    """A name as it stands at the head of a line."""
+    return name[:1].upper() + name[1:]
 
 
 def lit(factor: float) -> str:
