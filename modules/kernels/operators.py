@@ -120,21 +120,20 @@ def _frozen(array: Array) -> Array:
 @jit
 def _fold(index: Integers, weight: Floats, value: Floats, stride: int, kind: int, out: Floats) -> None:
     n, k = index.shape
+    joined = np.empty(k)
     for i in range(n):
+        doubled = False
+        if kind != 2:
+            for a in range(1, k):
+                for b in range(a):
+                    doubled |= index[i, a] == index[i, b]
+        weights = weight[i]
+        if doubled:
+            _join(index[i], weight[i], joined)
+            weights = joined
         total = 0.0
         for a in range(k):
-            here = index[i, a]
-            w = weight[i, a]
-            again = False
-            if kind != 2:
-                for b in range(a):
-                    again |= index[i, b] == here
-                for b in range(a + 1, k):
-                    if index[i, b] == here:
-                        w += weight[i, b]
-            if again:
-                continue
-            part = w * value[here * stride]
+            part = weights[a] * value[index[i, a] * stride]
             if kind == 0:
                 total += part * part
             elif kind == 1:
@@ -142,6 +141,19 @@ def _fold(index: Integers, weight: Floats, value: Floats, stride: int, kind: int
             else:
                 total += part
         out[i] = math.sqrt(total) if kind == 0 else total
+
+
+@jit
+def _join(index: Integers, weight: Floats, joined: Floats) -> None:
+    """The weights of each index added up at its first place; 0 at the others."""
+    for a in range(index.size):
+        joined[a] = 0.0
+        for b in range(index.size):
+            if index[b] == index[a]:
+                if b < a:
+                    joined[a] = 0.0
+                    break
+                joined[a] += weight[b]
 
 
 @jit
