@@ -141,7 +141,7 @@ def check_type(name: str, annotation: Any) -> tuple[Any, bool]:
     if not _allowed(annotation):
         raise TypeError(
             f"parameter {name!r} is {_name(annotation)}: use bool, int, float, str, Path, a Literal, an Enum, "
-            "or a tuple of these"
+            "or a tuple of these (several files are one Path with a pattern: slices/*.png)"
         )
     return annotation, automatic
 
@@ -152,7 +152,7 @@ def _allowed(kind: Any) -> bool:
     if isinstance(kind, type) and issubclass(kind, enum.Enum):
         return True
     if get_origin(kind) is tuple:
-        return bool(get_args(kind)) and all(a is Ellipsis or _allowed(a) for a in get_args(kind))
+        return bool(get_args(kind)) and all(a is Ellipsis or (_allowed(a) and a is not Path) for a in get_args(kind))
     return False
 
 

@@ -121,7 +121,9 @@ class Engine:
         self._running: dict[str, Job] = {}
         self._digesting: Stop | None = None
         self._wave: Wave | None = None
+        self._latest: Want | None = None
         self._before: list[Wave] = []
+        self._out: list[Event] = []
         self._waiting: Want | None = None
         self._waves = 0
         self._closed = threading.Event()
@@ -199,6 +201,8 @@ class Engine:
         for wave in (*self._before, *([self._wave] if self._wave else [])):
             yield from wave.say()
         self._before = []
+        while self._out:
+            yield self._out.pop(0)
 
     def _may_begin(self) -> bool:
         """A final edit at once; an interim one when the wave before has settled."""
@@ -218,16 +222,15 @@ class Engine:
                 interim = letter.interim and (held is None or held.interim)
                 self._waiting = Want(letter.network, letter.wanted, interim)
             case _Cancel():
-                self._waiting = None
-                self._stop_all()
-                if self._wave:
-                    self._wave.end("cancelled")
+                self._cancelled()
             case _Fire():
                 self._refire(letter.node)
             case _Landed():
                 self._land(letter.job)
+            case _Told(key="") if self._digesting:
+                self._out.append(Progressed(wave=self._waves + 1, node=letter.node, fraction=letter.fraction))
             case _Told() if self._wave:
-                self._wave.told(letter.key, letter.node, letter.fraction)
+                self._wave.told(letter.key, letter.fraction)
             case _Identified() if letter.stop is self._digesting:
                 self._digesting = None
                 self._plan(letter.want, letter.found)
@@ -239,6 +242,7 @@ class Engine:
         want, self._waiting = self._waiting, None
         if want is None:
             return
+        self._latest = want
         if self._digesting:
             self._digesting.set()
             self._digesting = None
@@ -270,12 +274,22 @@ class Engine:
                 job.cancel()
 
     def _refire(self, node: str) -> None:
-        wave = self._wave
-        if wave is None or node not in wave.keys:
+        want = self._waiting or self._latest
+        if want is None or node not in want.network.nodes:
             return
-        self.results.forgive(wave.keys[node])
-        self.results.drop(wave.keys[node])
-        self._waiting = Want(wave.want.network, tuple(dict.fromkeys((*wave.want.wanted, node))))
+        if self._wave and (key := self._wave.keys.get(node)):
+            self.results.forgive(key)
+            self.results.drop(key)
+        self._waiting = Want(want.network, tuple(dict.fromkeys((*want.wanted, node))))
+
+    def _cancelled(self) -> None:
+        self._waiting = None
+        if self._digesting:
+            self._waves += 1
+            self._out.append(Done(wave=self._waves, outcome="cancelled"))
+        self._stop_all()
+        if self._wave:
+            self._wave.end("cancelled")
 
     # --- a firing
 

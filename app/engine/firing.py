@@ -191,7 +191,8 @@ def _open() -> None:
     with _guard:
         _inside += 1
         if _inside == 1:
-            _show = warnings.showwarning
+            if warnings.showwarning is not _route:  # a module's own catch_warnings may have left ours behind
+                _show = warnings.showwarning
             _filters = warnings.catch_warnings()
             _filters.__enter__()
             warnings.simplefilter("always")

@@ -172,12 +172,10 @@ class Wave:
             return
         heapq.heappush(self._ready, (self._rank[self._nodes[key][0]], key))
 
-    def told(self, key: str, node: str, fraction: float) -> None:
-        """How far a key is; without one, how far the files of a node are digested."""
+    def told(self, key: str, fraction: float) -> None:
+        """How far a key is."""
         if key in self._nodes:
             self._say(Progressed, node=self._nodes[key][0], fraction=fraction)
-        elif not key:
-            self._say(Progressed, node=node, fraction=fraction)
 
     def finish(self, key: str, entry: Entry) -> None:
         """It gave a result: tell its nodes, hold it for what waits, and let that go."""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.engine import scheduler
+from app.engine import firing, scheduler
 from app.engine.errors import UnknownName
 from app.engine.events import Blocked, Done, Event, Failed, Finished, NodeEvent, Progressed, Reused, Started
 from app.engine.executor import Engine, execute
@@ -259,7 +259,7 @@ def test_interim_edits_keep_pictures_coming(lab: Any) -> None:
                 shown.append(event.outputs["value"].value)
         thread.join()
     assert shown[-1] == 99 and shown == sorted(shown)
-    assert len(shown) >= 4, "pictures came while the slider moved"
+    assert len(shown) >= 3, "pictures came while the slider moved"
     assert lab.fired.count("slow") <= len(shown) + 1, "what ran was not thrown away, but for the last"
 
 
@@ -322,6 +322,30 @@ def test_what_was_stopped_and_is_wanted_again_runs_again(lab: Any) -> None:
         events = list(engine.events(once=True))
         assert kinds(events)[-2:] == ["Finished s", "Done"]
         assert [e.outcome for e in events if isinstance(e, Done)] == ["cancelled", "settled"]
+
+
+def test_firing_a_node_does_not_bring_back_the_network_before(lab: Any) -> None:
+    network = lab.network(CHAIN, *WIRES)
+    with lab.engine() as engine:
+        engine.want(network)
+        list(engine.events(once=True))
+        engine.want(network.set("c", "number", 7, lab.catalogue))
+        engine.fire("n")
+        events = list(engine.events(once=True))
+    assert [e.outputs["value"].value for e in events if isinstance(e, Finished) and e.node == "m"] == [7.0]
+
+
+def test_a_modules_own_handling_of_warnings_does_no_harm(lab: Any) -> None:
+    """Filters belong to the process: what a module saves and puts back late may be the engine's."""
+    with firing.heard():
+        late = warnings.catch_warnings()
+        late.__enter__()
+    late.__exit__(None, None, None)
+    with firing.heard() as said:
+        warnings.warn("inside", stacklevel=1)
+    assert said == ["inside"]
+    with pytest.warns(UserWarning, match="outside"):
+        warnings.warn("outside", stacklevel=1)
 
 
 def test_cancelling_is_not_failing_and_keeps_what_is_done(lab: Any) -> None:

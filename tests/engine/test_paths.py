@@ -164,6 +164,36 @@ def test_a_file_that_changes_while_it_is_read_gives_no_result(lab: Any, tmp_path
     assert values == [5.0]
 
 
+def test_the_engine_digests_beside_its_mailbox_and_can_be_cancelled(
+    lab: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "x.txt").write_text("4")
+    network = lab.network({"f": ("number_file", {"path": "x.txt"})}, folder=tmp_path)
+    whole = paths._whole
+
+    def slowly(path: Path, size: int, progress: Progress) -> str:
+        for i in range(200):
+            time.sleep(0.005)
+            progress(i / 200)
+        return whole(path, size, progress)
+
+    with lab.engine() as engine:
+        with monkeypatch.context() as patch:
+            patch.setattr(paths, "_whole", slowly)
+            engine.want(network)
+            seen = []
+            for event in engine.events(once=True):
+                seen.append(event.record())
+                if len(seen) == 3:
+                    start = time.perf_counter()
+                    engine.cancel()
+        assert time.perf_counter() - start < 0.1
+        assert [e["event"] for e in seen if e["event"] != "progressed"] == ["done"]
+        assert seen[0]["event"] == "progressed" and {e["wave"] for e in seen} == {1} and seen[-1]["outcome"] == "cancelled"
+        engine.want(network)
+        assert [e.wave for e in engine.events(once=True) if hasattr(e, "entry")] == [2]
+
+
 def test_an_edited_file_fires_again_and_a_touched_one_does_not(lab: Any, tmp_path: Path) -> None:
     path = old(tmp_path / "x.txt", "4")
     network = lab.network({"f": ("number_file", {"path": "x.txt"}), "n": "negate"}, "f.value -> n.a", folder=tmp_path)
