@@ -61,7 +61,7 @@ def load(path: Path, name: str, stride: int) -> Raw:
     head = _head(path, text[:RECORD])
     profiles, end = _profiles(path, text, head)
     heights, x, y = _lattice(path, profiles, head)
-    stated = _record_c(text[end : end + RECORD] if head.accuracy else "", head, heights)
+    stated = _record_c(path, text[end : end + RECORD] if head.accuracy else "", head, heights)
     angular = {"arc-second": 1 / 3600, "radian": float(np.rad2deg(1.0))}.get(head.plane)
     holes = np.isnan(heights)
     return Raw(
@@ -153,11 +153,16 @@ def _lattice(path: Path, profiles: Sequence[Profile], head: Head) -> tuple[Float
     return heights, x, y
 
 
-def _record_c(text: str, head: Head, heights: Floats) -> tuple[Stated, ...]:
+def _record_c(path: Path, text: str, head: Head, heights: Floats) -> tuple[Stated, ...]:
     """The errors that record C states: of the datum, common to all heights; of the model, one for each."""
     if not text.strip():
         return ()
-    numbers = [_number(text[i : i + 6].strip() or "0") for i in range(0, 60, 6)]
+    try:
+        numbers = [_number(text[i : i + 6].strip() or "0") for i in range(0, 60, 6)]
+        if not all(0 <= v < np.inf for v in numbers):
+            raise ValueError("negative")
+    except ValueError:
+        raise ReadError(f"record C of {path.name!r}, which states its accuracy, is damaged: get it again") from None
     found: list[Stated] = []
     slopes = np.stack([_slope(heights, axis) / head.steps[1 - axis] for axis in (1, 0)], axis=-1)
     for who, what, part, common in (("datum", "datum", numbers[:5], True), ("elevation model", "model", numbers[5:], False)):

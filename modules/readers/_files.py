@@ -70,8 +70,14 @@ def reading(path: Path) -> Iterator[None]:
     except MemoryError:
         raise ReadError(f"{path.name!r} does not fit into memory: read it with a larger 'stride'") from None
     except Exception as error:  # a broken file makes a decoder raise almost anything
-        why = str(error).strip().rstrip(".").split("\n")[0] or type(error).__name__
+        why = short(error)
         raise ReadError(f"{path.name!r} is damaged or is not what its name says ({why}): copy or download it again") from error
+
+
+def short(error: Exception) -> str:
+    """The first line of what a library says, as far as it can be printed and read."""
+    line = "".join(c for c in str(error).strip().split("\n")[0] if c.isprintable()).rstrip(".")
+    return (line if len(line) <= 100 else line[:97] + "...") or type(error).__name__
 
 
 def digest(path: Path) -> str:

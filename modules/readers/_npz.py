@@ -163,6 +163,7 @@ def _read(path: Path, name: str, stride: int) -> tuple[NDArray[Any], float]:
             block = np.frombuffer(data, header.dtype).reshape(count, across)
             size = max(size, largest(block))
             parts.append(block[-start % stride :: stride, ::stride] if len(shape) == 2 else block)
+        file.read(1)  # the end of a zip member is where its checksum is compared
     whole = np.concatenate(parts)
     if len(shape) != 2:
         return whole.reshape(shape), size

@@ -13,7 +13,7 @@ from modules.data.exchange import READ, ExchangeError, load
 from modules.data.grid import Grid, Rectilinear, Regular
 from modules.data.operators import Gather, Operator, select
 from modules.data.wires import Samples
-from modules.readers._files import ReadError, existing, fits, nearest, unreadable
+from modules.readers._files import ReadError, existing, fits, nearest, short, unreadable
 
 SUFFIXES = tuple(s for s in READ if s != ".vtp")
 
@@ -59,8 +59,7 @@ def peek(path: Path) -> dict[str, Any]:
                 facts["shape"] = tuple(size[next((i for i, n in enumerate(size) if n > 1), 2) :])
         return facts
     except Exception as error:  # VTK's readers raise what they like
-        why = str(error).strip().split("\n")[0]
-        raise ReadError(f"{path.name!r} cannot be read ({why}): copy or download it again") from error
+        raise ReadError(f"{path.name!r} cannot be read ({short(error)}): copy or download it again") from error
 
 
 def _whole_extent() -> Any:

@@ -235,6 +235,13 @@ def test_feet_and_arc_seconds(tmp_path: Path) -> None:
         elevation(path=tmp_path / "a.dem", unit="m")
 
 
+def test_a_damaged_record_of_accuracy_is_refused(tmp_path: Path) -> None:
+    for c in ("     1     x", "     1    -3"):
+        (tmp_path / "a.dem").write_bytes(dem([[1, 2, 3]] * 3, [0.0] * 3, c=c))
+        with pytest.raises(ReadError, match=r"record C of 'a\.dem'.*is damaged"):
+            elevation(path=tmp_path / "a.dem")
+
+
 @pytest.mark.parametrize(("change", "sentence"), [
     (lambda b: b[:2100], "ends early or is damaged in profile 2 of 3"),
     (lambda b: b"\0" * 2000, "does not begin as an elevation model"),
@@ -467,6 +474,38 @@ def write(path: Path, name: str, content: Any) -> Path:
     else:
         np.save(path, content)
     return path
+
+
+def test_a_changed_byte_inside_a_zip_is_noticed(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", z=np.arange(100.0).reshape(10, 10))
+    data = bytearray((tmp_path / "a.npz").read_bytes())
+    data[500] ^= 1
+    (tmp_path / "a.npz").write_bytes(data)
+    with pytest.raises(ReadError, match="Bad CRC-32"):
+        elevation(path=tmp_path / "a.npz")
+
+
+def test_no_damage_makes_another_error_than_one_sentence(tmp_path: Path) -> None:
+    """Bytes changed, cut off or taken out at random, seed fixed."""
+    rng = np.random.default_rng(8)
+    values = RNG.normal(100, 50, (7, 9))
+    Image.fromarray(values.astype(np.uint8)).save(tmp_path / "a.png")
+    np.savez_compressed(tmp_path / "a.npz", z=values.astype(np.int16), z_std=np.abs(values), xmin=0.0, xmax=1.0, ymin=0, ymax=1)
+    np.save(tmp_path / "a.npy", values)
+    (tmp_path / "a.csv").write_text("\n".join(",".join(f"{v:.2f}" for v in row) for row in values))
+    (tmp_path / "a.dem").write_bytes(dem([[1, 2, 3] * 3] * 3, [0.0] * 3, c=f"{1:6d}{3:6d}{3:6d}{3:6d}"))
+    for path in sorted(tmp_path.iterdir()):
+        whole = path.read_bytes()
+        for _ in range(40):
+            data = bytearray(whole[: rng.integers(1, len(whole))] if rng.random() < 0.2 else whole)
+            for at in rng.integers(0, min(len(data), int(rng.choice((80, 500, 10**6)))), 3):
+                data[at] = rng.integers(0, 256)
+            path.write_bytes(data)
+            peek(path)
+            try:
+                elevation(path=path)
+            except ReadError as error:
+                assert "\n" not in str(error) and path.name in str(error) and len(str(error)) < 300
 
 
 @pytest.mark.parametrize(("name", "content", "sentence"), [
