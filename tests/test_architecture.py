@@ -213,14 +213,25 @@ def test_files_and_functions_are_short_enough_to_read() -> None:
 def undocumented(tree: ast.Module) -> Iterator[str]:
     """Public classes, functions and methods of a file without a docstring."""
     for node in tree.body:
-        if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_"):
-            if ast.get_docstring(node) is None:
-                yield node.name
-            for inner in node.body if isinstance(node, ast.ClassDef) else ():
-                public = isinstance(inner, ast.FunctionDef) and not inner.name.startswith("_")
-                inherits = any(not isinstance(base, ast.Name) or base.id not in ("object", "Protocol") for base in node.bases)
-                if public and not inherits and ast.get_docstring(inner) is None:
+        if not isinstance(node, ast.ClassDef | ast.FunctionDef) or node.name.startswith("_"):
+            continue
+        if ast.get_docstring(node) is None:
+            yield node.name
+        if isinstance(node, ast.ClassDef) and not any(_says_more(base) for base in node.bases):
+            for inner in node.body:
+                if isinstance(inner, ast.FunctionDef) and not _is_silent(inner) and ast.get_docstring(inner) is None:
                     yield f"{node.name}.{inner.name}"
+
+
+def _is_silent(method: ast.FunctionDef) -> bool:
+    """Whether a method needs no words: private, or the setter of a documented property."""
+    setter = any(isinstance(d, ast.Attribute) and d.attr == "setter" for d in method.decorator_list)
+    return setter or method.name.startswith("_")
+
+
+def _says_more(base: ast.expr) -> bool:
+    """Whether a base class documents what its children override."""
+    return not isinstance(base, ast.Name) or base.id not in ("object", "Protocol")
 
 
 def test_every_file_and_every_public_door_is_documented() -> None:

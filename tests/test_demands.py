@@ -1,26 +1,27 @@
 """Demands on accuracy: the grammar, the numbers, and when they are about nothing."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
-from app.engine.demands import Demand, DemandRefused, named, statistics
+from app.engine.demands import Demand, DemandRefused, Verdict, named, statistics
 from app.engine.errors import NetworkError, UnknownName
-from modules.data.accuracy import Accuracy, Missing, bound, deviation, exactly
+from modules.data.accuracy import Accuracy, Missing, Term, bound, deviation, exactly
 from modules.data.geometry import Geometry
 
 
-def lines(*terms, missing=(), n=4, cell=2.0):
+def lines(*terms: Term, missing: tuple[Missing, ...] = (), n: int = 4, cell: float | None = 2.0) -> Geometry:
     points = np.zeros((n, 3))
     return Geometry(points=points, cell=cell, accuracy=Accuracy(terms, missing))
 
 
-def position(sizes, name="Quantisation, half a metre", unit="m"):
+def position(sizes: list[float], name: str = "Quantisation, half a metre", unit: str = "m") -> Term:
     return bound(name, np.asarray(sizes, float), len(sizes), quantity="position", unit=unit)
 
 
-def judge(text, value, k=2.0):
+def judge(text: str, value: Any, k: float = 2.0) -> Verdict:
     return Demand.of(text).judge(value, k)
 
 
@@ -30,7 +31,7 @@ SIZES = [0.01, 0.02, 0.03, 0.06]
 @pytest.mark.parametrize(
     ("statistic", "number"), [("max", 0.06), ("mean", 0.03), ("median", 0.025), ("p95", 0.03), ("sum", 0.12)]
 )
-def test_each_statistic_is_compared(statistic, number):
+def test_each_statistic_is_compared(statistic: str, number: float) -> None:
     shape = lines(position(SIZES))
     assert judge(f"c.lines.position.{statistic} <= {number:.17g} m", shape).found == pytest.approx(number)
     assert judge(f"c.lines.position.{statistic} < {number * 1.001} m", shape).met
@@ -40,11 +41,11 @@ def test_each_statistic_is_compared(statistic, number):
 @pytest.mark.parametrize(
     ("limit", "met"), [("0.031 cell", True), ("0.03 cell", False), ("61 mm", True), ("59 mm", False), ("0.061", True)]
 )
-def test_units(limit, met):
+def test_units(limit: str, met: bool) -> None:
     assert judge(f"c.lines.position.max < {limit}", lines(position(SIZES))).met is met
 
 
-def test_all_terms_add_and_deviations_count_k_times():
+def test_all_terms_add_and_deviations_count_k_times() -> None:
     shape = lines(position([0.1] * 4), deviation("Sensor", 0.2, 4, quantity="position", unit="m"))
     assert judge("c.lines.position.max < 1", shape, k=2).found == pytest.approx(0.5)
     assert judge("c.lines.position.max < 1", shape, k=3).found == pytest.approx(0.7)
@@ -52,7 +53,7 @@ def test_all_terms_add_and_deviations_count_k_times():
     assert judge("c.lines[quantisation].position.max < 1", shape, k=2).found == pytest.approx(0.1)
 
 
-def test_a_missing_source_is_not_met_whatever_the_number():
+def test_a_missing_source_is_not_met_whatever_the_number() -> None:
     shape = lines(position([0.0] * 4), missing=(Missing("Sensor", "nobody said"),))
     verdict = judge("c.lines.position.max < 1e9", shape)
     assert not verdict.met
@@ -61,19 +62,19 @@ def test_a_missing_source_is_not_met_whatever_the_number():
     assert not judge("c.lines[Sensor].position.max < 1", shape).met
 
 
-def test_about_nothing_is_not_met():
+def test_about_nothing_is_not_met() -> None:
     assert "about nothing" in judge("c.lines.position.max < 1", lines()).why
     assert "about nothing" in judge("c.lines.position.max < 1", lines(position([]), n=0)).why
     assert "no points" in judge("c.lines.position.max < 1", lines(position([]), n=0)).why
     assert not judge("c.lines.position.max < 1", object()).met
 
 
-def test_exactly_zero_is_about_something():
+def test_exactly_zero_is_about_something() -> None:
     zero = exactly("Copied", "data", 4, quantity="position")
     assert judge("c.lines.position.max <= 0", lines(zero)).met
 
 
-def test_infinity_and_not_a_number_are_not_met(monkeypatch):
+def test_infinity_and_not_a_number_are_not_met(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not judge("c.lines.position.max < 1e300", lines(position([math.inf] * 4))).met
     monkeypatch.setattr(Accuracy, "total", lambda *_: np.array([math.nan]))
     verdict = judge("c.lines.position.max < 1e300", lines(position([1.0] * 4)), k=2)
@@ -81,7 +82,7 @@ def test_infinity_and_not_a_number_are_not_met(monkeypatch):
     assert "not a number" in verdict.why
 
 
-def test_rigour():
+def test_rigour() -> None:
     shape = lines(position(SIZES), deviation("Sensor", 1.0, 4, quantity="position", unit="m"))
     assert judge("c.lines.position.rigour >= estimated", shape).met
     assert not judge("c.lines.position.rigour >= proven", shape).met
@@ -101,7 +102,7 @@ def test_rigour():
         ("c.lines.position.rigour >= prooven", "did you mean 'proven'?"),
     ],
 )
-def test_words_that_are_no_demand(text, says):
+def test_words_that_are_no_demand(text: str, says: str) -> None:
     with pytest.raises(DemandRefused, match=r"c\.lines") as caught:
         Demand.of(text)
     assert says in str(caught.value)
@@ -117,30 +118,30 @@ def test_words_that_are_no_demand(text, says):
         ("c.lines.position.max < 1 cel", "did you mean 'cell'?"),
     ],
 )
-def test_misspelt_parts_name_the_nearest(text, says):
+def test_misspelt_parts_name_the_nearest(text: str, says: str) -> None:
     with pytest.raises(NetworkError) as caught:
         judge(text, lines(position(SIZES)))
     assert says in str(caught.value)
     assert isinstance(caught.value, UnknownName | DemandRefused)
 
 
-def test_a_cell_needs_to_be_known():
+def test_a_cell_needs_to_be_known() -> None:
     assert "does not know the size" in judge("c.lines.position.max < 1 cell", lines(position(SIZES), cell=None)).why
 
 
-def test_numbers_are_of_the_c_locale():
+def test_numbers_are_of_the_c_locale() -> None:
     with pytest.raises(DemandRefused):
         judge("c.lines.position.max < 0,01", lines(position(SIZES)))
 
 
-def test_statistics_agree_with_a_budget():
+def test_statistics_agree_with_a_budget() -> None:
     term = position(SIZES)
     line = Accuracy((term,)).budget()[0]
     for name, number in statistics(term.size()).items():
         assert getattr(line, name) == number
 
 
-def test_a_term_is_named_by_its_beginning_if_only_one_has_it():
+def test_a_term_is_named_by_its_beginning_if_only_one_has_it() -> None:
     assert named("quant", ["Quantisation, half", "Sensor"]) == "Quantisation, half"
     assert named("S", ["Sensor", "Smoothing"]) == ""
     assert named("sensor", ["Sensor", "Sensor drift"]) == "Sensor"

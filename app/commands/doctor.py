@@ -15,5 +15,6 @@ def run(options: argparse.Namespace, console: Console) -> int:
         console.write(f"{'ok ' if finding.well else 'no '} {finding.what}")
         if not finding.well:
             well = False
-            console.write(f"    {finding.remedy}")
+            if finding.remedy:
+                console.write(f"    {finding.remedy}")
     return 0 if well else 1

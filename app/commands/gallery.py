@@ -57,23 +57,22 @@ def run(options: argparse.Namespace, console: Console) -> int:
     catalogue = Catalogue.load()
     shown: list[Shown] = []
     failed = False
-    with doctor.Drawer(True) as drawer:
-        drawer.prepare()
-        for name in paths.networks():
-            console.say(f"\n{name}")
-            found = nets.find(name, catalogue)
-            outs = default(found.network, name, catalogue)
-            outcome = wave.watch(found.network, [o.node for o in outs], catalogue, console, options.threads)
-            failed |= bool(outcome.errors or outcome.blocked)
-            with Outbox() as outbox:
-                for out in outs:
-                    if out.node in outcome.entries:
-                        here = pictures.Out(out.node, out.output, out.type, folder / out.path)
-                        scene = outcome.entries[out.node].outputs[out.output]
-                        caption = pictures.write(scene, here, outbox, found, outcome.keys, catalogue)
-                        title = scene.look.title or found.network.settings.get("title") or name
-                        shown.append(Shown(name, title, here.path.name, caption))
-                outbox.commit()
+    doctor.Drawer().prepare()
+    for name in paths.networks():
+        console.say(f"\n{name}")
+        found = nets.find(name, catalogue)
+        outs = default(found.network, name, catalogue)
+        outcome = wave.watch(found.network, [o.node for o in outs], catalogue, console, options.threads)
+        failed |= bool(outcome.errors or outcome.blocked)
+        with Outbox() as outbox:
+            for out in outs:
+                if out.node in outcome.entries:
+                    here = pictures.Out(out.node, out.output, out.type, folder / out.path)
+                    scene = outcome.entries[out.node].outputs[out.output]
+                    caption = pictures.write(scene, here, outbox, found, outcome.keys, catalogue)
+                    title = scene.look.title or found.network.settings.get("title") or name
+                    shown.append(Shown(name, title, here.path.name, caption))
+            outbox.commit()
     with Outbox() as outbox:
         outbox.put(folder / "index.html", page(shown).encode())
         outbox.commit()

@@ -43,14 +43,39 @@ def write(
     """Stage a picture and its certificate; returns the caption."""
     from app import picture
 
-    network, path = found.network, out.path
-    view = network.nodes[out.node].view
+    view = found.network.nodes[out.node].view
     given = {"camera": view["camera"]} if "camera" in view else {}
-    drawn = picture.render(scene, k=network.k, **given)
-    folder = path.parent.absolute()
-    text = certificate.stored(network, folder, catalogue)
-    mine = {name: keys[name] for name in sorted(upstream(network, [out.node]))}
-    claims = {
+    drawn = picture.render(scene, k=found.network.k, **given)
+    text = certificate.stored(found.network, out.path.parent.absolute(), catalogue)
+    mine = {name: keys[name] for name in sorted(upstream(found.network, [out.node]))}
+    claims = _claims(scene, drawn, out, found, text, catalogue, check) | {"keys": mine, "versions": paths.versions()}
+    carried = {
+        certificate.NETWORK: text,
+        certificate.KEYS: json.dumps(mine, sort_keys=True),
+        certificate.ACCURACY: json.dumps(claims, ensure_ascii=False, allow_nan=False),
+    }
+    png = pngtext.insert(_png(drawn.image), carried)
+    height, width = drawn.image.shape[:2]
+    stored = {
+        "file": out.path.name,
+        "sha256": certificate.digest(png),
+        "bytes": len(png),
+        "size": [width, height],
+        "pixels": certificate.digest(drawn.image.tobytes()),
+    }
+    outbox.put(out.path, png)
+    content = {"certificate": certificate.FORMAT, "picture": stored, **claims}
+    outbox.put(certificate.beside(out.path), certificate.seal(content))
+    return str(drawn.caption)
+
+
+def _claims(
+    scene: Any, drawn: Any, out: Out, found: Found, text: str, catalogue: Catalogue, check: Check | None
+) -> dict[str, Any]:
+    """What is claimed of a picture, but for keys and versions."""
+    network = found.network
+    source = {"edits": list(found.edits), **_source(found, out.path.parent.absolute())}
+    return {
         "accuracy": certificate.ACCURACY_FORMAT,
         "caption": drawn.caption,
         "view": {"node": out.node, "output": out.output},
@@ -61,35 +86,8 @@ def write(
         "layers": certificate.layers(scene, network.k, check),
         "tolerance": certificate.TOLERANCE,
         "data": certificate.data_files(network, catalogue),
-        "network": {"sha256": certificate.digest(text.encode()), "edits": list(found.edits), **_source(found, folder)},
-        "keys": mine,
-        "versions": paths.versions(),
+        "network": {"sha256": certificate.digest(text.encode()), **source},
     }
-    png = pngtext.insert(
-        _png(drawn.image),
-        {
-            certificate.NETWORK: text,
-            certificate.KEYS: json.dumps(mine, sort_keys=True),
-            certificate.ACCURACY: json.dumps(claims, ensure_ascii=False, allow_nan=False),
-        },
-    )
-    height, width = drawn.image.shape[:2]
-    sealed = certificate.seal(
-        {
-            "certificate": certificate.FORMAT,
-            "picture": {
-                "file": path.name,
-                "sha256": certificate.digest(png),
-                "bytes": len(png),
-                "size": [width, height],
-                "pixels": certificate.digest(drawn.image.tobytes()),
-            },
-            **claims,
-        }
-    )
-    outbox.put(path, png)
-    outbox.put(certificate.beside(path), sealed)
-    return drawn.caption
 
 
 def _png(image: Any) -> bytes:

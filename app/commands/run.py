@@ -53,7 +53,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
         writable(out)
     if not _compiled():
         console.say("the kernels are compiled at their first use; the next run does not wait for it")
-    with Outbox() as outbox, doctor.Drawer(any(out.type is Scene for out in outs)) as drawer:
+    drawer = doctor.Drawer(any(out.type is Scene for out in outs))
+    with Outbox() as outbox:
         outcome = wave.watch(network, _wanted(network, outs, demands, bool(options.outs)), catalogue, console, options.threads)
         verdicts = _judged(demands, outcome, network)
         drawn = drawable(outs, outcome, drawer, console)
