@@ -97,6 +97,7 @@ def contour(
         values={
             "level": Field(line_level, "cell", model.unit),
             "bend": Field(bend, "segment"),
+            "grid cell": Field(cell.astype(np.int64), "segment"),
         },
         cell=float(np.sqrt(np.median(np.diff(x)) * np.median(np.diff(y)))),
         frame=grid.frame,
