@@ -149,6 +149,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     except SystemExit as leaving:  # --help and --version
         return leaving.code if isinstance(leaving.code, int) else 0
+    except Exception as error:
+        console.complain(f"nonius: the program itself is at fault ({type(error).__name__}: {error}); --verbose says where")
+        console.detail(traceback.format_exc())
+        return 1
 
 
 def _dispatch(words: list[str], console: Console) -> int:

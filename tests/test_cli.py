@@ -236,11 +236,16 @@ def test_a_module_fails_and_the_others_go_on(nonius: Nonius, slow: Path) -> None
 
 def test_shapes_and_samples_are_written(nonius: Nonius, small: Path) -> None:
     pytest.importorskip("modules.data.exchange")
-    said = nonius("run", small, "--out", "contour.lines=lines.vtp", "--out", "field=field.vti", "--quiet")
+    words = ("--out", "contour.lines=lines.vtp", "--out", "field=field.vti", "--out", "model=model.vti", "--quiet")
+    said = nonius("run", small, *words)
     assert said.code == 0, said
-    assert (small.parent / "lines.vtp").stat().st_size > 500
-    assert (small.parent / "field.vti").stat().st_size > 500
-    assert sorted(p.suffix for p in small.parent.iterdir()) == [".json", ".vti", ".vtp"]
+    for name in ("lines.vtp", "field.vti", "model.vti"):
+        assert (small.parent / name).stat().st_size > 500
+    (small.parent / "field.vtu").write_text("before")
+    said = nonius("run", small, "--out", "contour=lines.vtp", "--out", "field=field.vtu")
+    assert (said.code, "name it field.vti" in said.err) == (2, True)
+    assert (small.parent / "field.vtu").read_text() == "before"
+    assert sorted(p.name for p in small.parent.iterdir()) == ["field.vti", "field.vtu", "lines.vtp", "model.vti", "small.json"]
 
 
 def test_demands(nonius: Nonius, small: Path) -> None:
@@ -426,6 +431,16 @@ def test_describe_says_what_the_function_says(nonius: Nonius) -> None:
     said = nonius("describe", "contour").out
     for part in ("Contour", "model", "levels", '"shoulder"', "accuracy", "source", "jacksboro"):
         assert part in said
+
+
+def test_a_fault_of_the_program_is_said_to_be_one(nonius: Nonius, small: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from app.commands import run
+
+    monkeypatch.setattr(run, "_wanted", lambda *_: 1 / 0)
+    said = nonius("run", small)
+    assert (said.code, "Traceback" in said.err) == (1, False)
+    assert "the program itself is at fault (ZeroDivisionError" in said.err
+    assert "Traceback" in nonius("run", small, "--verbose").err
 
 
 def test_warm_reports_a_child_that_fails(nonius: Nonius, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -93,7 +93,7 @@ def test_the_readme_sets_what_its_network_has(nonius: Nonius) -> None:
     text = (ROOT / "README.md").read_text("utf-8")
     catalogue = Catalogue.load()
     found = nets.find(str(ROOT / "networks" / "jacksboro.json"), catalogue)
-    edits = re.findall(r"--set (\S+)", text)
+    edits = [a or b for a, b in re.findall(r"--set (?:'([^']+)'|(\S+))", text)]
     assert edits
     nets.edited(found, edits, catalogue)
     for demand in re.findall(r"--require '([^']+)'", text):

@@ -170,10 +170,19 @@ def _write(
         elif isinstance(value, Table):
             outbox.put(out.path, table(value))
         else:
-            from modules.data import exchange
-
-            exchange.save(value, outbox.place(out.path))
+            _save(value, out, outbox)
     return captions
+
+
+def _save(value: Any, out: Out, outbox: Outbox) -> None:
+    from modules.data import exchange
+
+    place = outbox.place(out.path)
+    try:
+        exchange.save(value.samples if isinstance(value, Model) else value, place)
+    except ValueError as error:
+        sentence = str(error).replace(place.stem, out.path.stem)
+        raise Usage(f"--out {out.node}.{out.output}={out.path}: {sentence}") from None
 
 
 def table(value: Table) -> bytes:
