@@ -17,7 +17,7 @@ class Event:
     Parameters
     ----------
     wave : number of the wave, counted from 1
-    seconds_in : since the wave began
+    at : seconds since the wave began
     """
 
     wave: int
