@@ -226,12 +226,20 @@ def _geometry_out(shape: Geometry, writer: Writer) -> tuple[Any, dict[str, Any]]
          "accuracy": writer.accuracy(p.accuracy)}
         for p in shape.primitives
     ]  # fmt: skip
-    position = shape.accuracy.select("position", "point")
-    if position and len(shape.points):
-        sizes = shape.accuracy.total(1.0, "position") if len({t.unit for t in position}) == 1 else None
-        if sizes is not None:
-            dataset.point_data["position_error"] = sizes
+    for name, sizes in _positions(shape.accuracy).items():
+        dataset.point_data[name] = sizes
     return dataset, about
+
+
+def _positions(accuracy: Accuracy) -> dict[str, NDArray[Any]]:
+    """How far points may lie off, for other programs: position_std, and position_bound of bounds and signed errors."""
+    terms = accuracy.select("position", "point")
+    if not terms or len({t.unit for t in terms}) > 1 or not terms[0].count:
+        return {}
+    random = tuple(t for t in terms if t.kind in ("linear", "members"))
+    straight = tuple(t for t in terms if t.kind in ("bound", "signed"))
+    named = {"position_std": random, "position_bound": straight}
+    return {name: replace(accuracy, terms=some).total(1.0, "position") for name, some in named.items() if some}
 
 
 def _geometry_in(dataset: Any, about: Mapping[str, Any], reader: Reader | None, accuracy: Accuracy) -> Geometry:

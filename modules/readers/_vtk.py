@@ -13,7 +13,7 @@ from modules.data.exchange import READ, ExchangeError, load
 from modules.data.grid import Grid, Rectilinear, Regular
 from modules.data.operators import Gather, Operator, select
 from modules.data.wires import Samples
-from modules.readers._files import ReadError, existing, fits, nearest, short, unreadable
+from modules.readers._files import ReadError, existing, fits, memory, nearest, short, unreadable
 
 SUFFIXES = tuple(s for s in READ if s != ".vtp")
 
@@ -26,6 +26,9 @@ def samples(path: Path, name: str) -> Samples:
     ReadError : damaged, no such array, or shapes without samples
     """
     known = peek(path)
+    if path.stat().st_size > memory() / 2:
+        size = f"{path.stat().st_size / 2**30:.3g} GiB, more than half of the memory here"
+        raise ReadError(f"{path.name!r} has {size}: cut a part out of it with another program")
     if "shape" in known:
         fits(path, known["shape"])
     names = known["names"]

@@ -248,6 +248,15 @@ def test_geometry_comes_back_exactly(tmp_path: Path) -> None:
     same_budget(one.primitives[0].accuracy, two.primitives[0].accuracy)
 
 
+def test_other_programs_read_how_far_points_may_lie_off() -> None:
+    one = shape()
+    dataset = to_pyvista(one)
+    np.testing.assert_array_equal(dataset["position_std"], one.accuracy.terms[0].error())
+    assert "position_bound" not in dataset.array_names
+    off = replace(one, accuracy=Accuracy((bound("B", 0.5, 9, quantity="position"), bound("C", 0.25, 9, quantity="position"))))
+    np.testing.assert_array_equal(to_pyvista(off)["position_bound"], 0.75)
+
+
 def test_an_empty_geometry_comes_back(tmp_path: Path) -> None:
     save(Geometry(points=np.zeros((0, 3)), accuracy=Accuracy(missing=(Missing("a", "b"),))), tmp_path / "a.vtp")
     again = load(tmp_path / "a.vtp")

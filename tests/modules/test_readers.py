@@ -361,6 +361,16 @@ def test_each_printed_digit_counts(tmp_path: Path) -> None:
     np.testing.assert_allclose(quantisation(elevation(path=tmp_path / "a.csv")).error(), [0.5, 0.005, 50.0, 0.0])
 
 
+@pytest.mark.parametrize("rows", ["automatic", "north first"])
+@pytest.mark.parametrize("stride", [1, 2])
+def test_digits_stay_with_their_numbers(rows: Any, stride: int, tmp_path: Path) -> None:
+    words = [["1", "2.5", "3.25"], ["4.125", "5", "6.5"], ["7.5", "8", "9.125"]]
+    (tmp_path / "a.csv").write_text("\n".join(",".join(row) for row in words))
+    samples = elevation(path=tmp_path / "a.csv", rows=rows, stride=stride)
+    halves = {float(w): 0.5 * 10.0 ** -len(w.partition(".")[2]) for row in words for w in row}
+    np.testing.assert_allclose(quantisation(samples).error(), [halves[v] for v in samples.values.ravel()])
+
+
 def test_columns_that_fill_a_lattice(tmp_path: Path) -> None:
     x, y = np.array([10.0, 11.0, 13.0]), np.array([5.0, 4.0])
     points = [(a, b) for b in y for a in x]
