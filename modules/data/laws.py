@@ -65,7 +65,7 @@ class Linear:
     def weights(self, grid: Grid, points: Floats) -> Gather:
         """2^d weights a point."""
         cell, u = locate(grid, points)
-        return _corners(grid, cell, [(1 - t, t) for t in u.T])
+        return corners(grid, cell, [(1 - t, t) for t in u.T])
 
     def slopes(self, grid: Grid, points: Floats) -> tuple[Gather, ...]:
         """Derivative of the multilinear polynomial of the cell."""
@@ -74,13 +74,13 @@ class Linear:
         for axis in range(u.shape[1]):
             h = cell_sizes(grid, axis)[cell[:, axis]] if u.shape[1] else np.ones(len(points))
             factors = [(-1 / h, 1 / h) if a == axis else (1 - u[:, a], u[:, a]) for a in range(u.shape[1])]
-            slopes.append(_corners(grid, cell, factors))
+            slopes.append(corners(grid, cell, factors))
         return tuple(slopes)
 
     def error(self, grid: Grid, values: Floats, points: Floats) -> Floats:
         """1/2 sum_i u_i (1 - u_i) D2_i, D2 the second difference over the cell's width, interpolated."""
         cell, u = locate(grid, points)
-        weights = _corners(grid, cell, [(1 - t, t) for t in u.T])
+        weights = corners(grid, cell, [(1 - t, t) for t in u.T])
         total = np.zeros(len(points))
         for axis in range(u.shape[1]):
             h = cell_sizes(grid, axis)[cell[:, axis]]
@@ -108,7 +108,7 @@ class Nearest:
     def weights(self, grid: Grid, points: Floats) -> Gather:
         """One weight a point."""
         cell, u = locate(grid, points)
-        return _corners(grid, cell + (u > 0.5), [])
+        return corners(grid, cell + (u > 0.5), [])
 
     def slopes(self, grid: Grid, points: Floats) -> tuple[Gather, ...]:
         """Zero: the law is flat between its jumps."""
@@ -131,9 +131,6 @@ class Nearest:
                     step = np.maximum(step.take(range(1, n), other), step.take(range(n - 1), other))
             total = total + 0.5 * step
         return np.asarray(total).ravel()
-
-
-LAWS: dict[str, Law] = {law.name: law for law in (Nearest(), Linear())}
 
 
 def axial(grid: Grid) -> Axial:
@@ -186,7 +183,7 @@ def locate(grid: Grid, points: Floats) -> tuple[Ints, Floats]:
     return cell, u
 
 
-def _corners(grid: Grid, cell: Ints, factors: list[tuple[Floats, Floats]]) -> Gather:
+def corners(grid: Grid, cell: Ints, factors: list[tuple[Floats, Floats]]) -> Gather:
     """The corners of cells with products of factors per axis (in x, y, z); only the first corner without factors."""
     strides = np.cumprod([1, *reversed(grid.shape)])[: grid.dimensions]
     index = (cell @ strides)[:, None]
@@ -217,9 +214,11 @@ def second_derivative(grid: Grid, values: Floats, axis: int) -> Floats:
     return np.moveaxis(result, 0, values.ndim - 1 - axis)
 
 
-def corner_max(values: Floats) -> Floats:
-    """Largest of the 2^d corners of each cell; NaN if any corner is NaN."""
+def corner_max(values: Floats, skip: int | None = None) -> Floats:
+    """Largest of the 2^d corners of each cell; NaN if any corner is NaN. Axis `skip` is along cells already."""
     for d in range(values.ndim):
+        if d == skip:
+            continue
         n = values.shape[d]
         values = np.maximum(values.take(range(n - 1), d), values.take(range(1, n), d))
     return values

@@ -16,12 +16,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from modules.data.accuracy import Accuracy, Flag, Missing, Term
+from modules.data.cubic import Cubic
 from modules.data.geometry import Geometry
 from modules.data.grid import Curvilinear, Frame, Grid, Rectilinear, Unstructured, regular
-from modules.data.laws import LAWS, Law, corner_max
+from modules.data.laws import Law, Linear, Nearest, corner_max
 from modules.data.memo import memo
 from modules.data.operators import Floats, Gather, Identity
 from modules.data.scene import ColourMap, Layer, Scene, Text
+
+LAWS: Mapping[str, Law] = {law.name: law for law in (Nearest(), Linear(), Cubic())}
+"""By the name that a user writes."""
 
 TOO_FEW = "not estimated where fewer than three samples in a row tell"
 

@@ -10,15 +10,15 @@ GLANCE = 2_000
 """Samples that are looked at to tell the noise."""
 
 
-@modeller("Interpolate", aliases=("model", "bilinear", "trilinear", "nearest"), output="model")
-def interpolate(samples: Samples, *, law: Literal["linear", "nearest"] = "linear") -> Model:
+@modeller("Interpolate", aliases=("model", "bilinear", "trilinear", "nearest", "cubic"), output="model")
+def interpolate(samples: Samples, *, law: Literal["linear", "nearest", "cubic"] = "linear") -> Model:
     """A value anywhere between the samples, by a law.
 
     Linear is bilinear on a rectangle and trilinear in a box: the law whose contours the thesis draws exactly.
 
     Parameters
     ----------
-    law : linear, or nearest (the value of the closest sample, with a jump half way)
+    law : linear; nearest (the value of the closest sample, with a jump half way); or cubic (smooth across the cells)
 
     Accuracy: errors of the samples go through the law's weights; the law adds its own error, estimated from second
         differences, which is zero at the samples. Where these are within the noise it is flagged as not resolvable.

@@ -74,7 +74,7 @@ def test_the_four_grids_of_the_taxonomy() -> None:
         (lambda: Geometry(points=np.zeros((2, 3)), lines=Cells.of([[0, 2]]), accuracy=EXACT), "names point 2"),
         (lambda: Geometry(points=np.zeros((2, 3)), values={"a": Field(np.zeros(3))}, accuracy=EXACT), "3 values for 2 points"),
         (lambda: Table(columns={"a": np.zeros(2), "b": np.zeros(3)}, accuracy=EXACT), "different lengths"),
-        (lambda: Model.between(Samples.from_array(np.zeros((2, 2)), accuracy=EXACT), "cubik"), "laws are nearest, linear"),
+        (lambda: Model.between(Samples.from_array(np.zeros((2, 2)), accuracy=EXACT), "cubik"), "nearest, linear, cubic"),
     ],
 )
 def test_what_does_not_fit_is_told(make: object, words: str) -> None:
@@ -136,6 +136,49 @@ def test_the_law_has_no_error_at_the_samples_and_the_right_one_between() -> None
     per_cell = own.size()[cell[:, 1] * 40 + cell[:, 0]]
     assert (np.abs(values - truth) <= per_cell * 1.05 + 1e-6).mean() > 0.99
     assert own.id == accuracy.terms[0].id  # one source on the wire and at the points
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 9])
+def test_the_cubic_law_is_exact_for_parabolas_of_uneven_samples(n: int) -> None:
+    random = np.random.default_rng(n)
+    axes = tuple(np.cumsum(random.uniform(0.3, 2, k)) for k in (n, 5))
+
+    def field(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray((1 + 2 * x - (x**2 if n > 2 else 0)) * (3 - y + 0.5 * y**2))
+
+    values = field(*np.meshgrid(*axes))
+    model = Model.between(Samples(grid=Rectilinear(axes), values=values, accuracy=EXACT), "cubic")
+    x, y = (random.uniform(a[0], a[-1], 50) for a in axes)
+    points = np.column_stack([x, y, np.zeros(50)])
+    assert np.allclose(model.at(points)[0], field(x, y), rtol=1e-10, atol=1e-9)
+    h = 1e-6
+    slope = (field(x + h, y) - field(x - h, y)) / (2 * h)
+    assert np.allclose(model.gradient(points)[0][:, 0], slope, rtol=1e-6, atol=1e-5)
+
+
+def test_the_cubic_law_knows_its_own_error() -> None:
+    x = np.linspace(0, 2 * np.pi, 25)
+    field = np.sin(x)[None, :] * np.cos(x)[:, None]
+    h = x[1] - x[0]
+    cubic, linear = (Model.between(Samples.from_array(field, spacing=h, accuracy=EXACT), law) for law in ("cubic", "linear"))
+    inner = np.random.default_rng(0).uniform(2 * h, 2 * np.pi - 2 * h, (800, 2))
+    points = np.column_stack([inner, np.zeros(800)])
+    truth = np.sin(points[:, 0]) * np.cos(points[:, 1])
+    off = cubic.at(points)[0] - truth
+    assert np.abs(off).max() < 0.1 * np.abs(linear.at(points)[0] - truth).max()
+    signed = cubic.at(points)[1].terms[0].error()
+    large = np.abs(off) > 0.3 * np.abs(off).max()
+    assert np.median((signed / off)[large]) == pytest.approx(1.0, abs=0.1)
+    own = cubic.own
+    assert own is not None
+    cell, _ = locate(cubic.grid, points)
+    assert (np.abs(off) <= 1.5 * own.size()[cell[:, 1] * 24 + cell[:, 0]] + 0.1 * np.abs(off).max()).mean() > 0.97
+
+
+def test_the_cubic_law_is_smooth_across_cells() -> None:
+    model = Model.between(Samples.from_array(np.random.default_rng(0).normal(size=(6, 6)), accuracy=EXACT), "cubic")
+    sides = [model.gradient(np.array([[3 + s * 1e-9, 2.3, 0.0]]))[0] for s in (-1, 1)]
+    assert np.allclose(sides[0], sides[1], atol=1e-6)
 
 
 def test_nearest_takes_the_closest_sample_and_says_what_that_costs() -> None:
