@@ -1,5 +1,6 @@
 """What several tests share: the command line as a function, a small network, one picture made once."""
 
+import functools
 import json
 import os
 from collections.abc import Callable, Iterator
@@ -75,6 +76,19 @@ def small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+def draw_little(patch: pytest.MonkeyPatch) -> None:
+    """Make the command line draw 480 x 320 pixels: drawing in software takes a while."""
+    from app import picture
+
+    patch.setattr(picture, "render", functools.partial(picture.render, size=(480, 320)))
+
+
+@pytest.fixture
+def little_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pictures of this test are of 480 x 320 pixels."""
+    draw_little(monkeypatch)
+
+
 @pytest.fixture(scope="session")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with peak.json, the data heights.npy, and the picture peak.png with its certificate. Copy it to change it."""
@@ -86,5 +100,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     field = node("field", "readers.elevation.elevation", path="heights.npy")
     nodes = (field, *LINES, *SEEN)
     (folder / "peak.json").write_text(network(*nodes, wires=(*WIRES, *SEEN_WIRES)), "utf-8")
-    assert main(["run", str(folder / "peak.json"), "--out", f"view={folder / 'peak.png'}", "--quiet"]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        draw_little(patch)
+        assert main(["run", str(folder / "peak.json"), "--out", f"view={folder / 'peak.png'}", "--quiet"]) == 0
     return folder

@@ -268,6 +268,7 @@ def test_k_is_a_setting(nonius: Nonius, small: Path) -> None:
     assert numbers[1] == pytest.approx(3 * numbers[0], rel=1e-3)
 
 
+@pytest.mark.usefixtures("little_pictures")
 def test_a_path_is_as_seen_from_here(nonius: Nonius, made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copy(made / "heights.npy", tmp_path / "mine.npy")
     monkeypatch.chdir(tmp_path)
@@ -281,6 +282,7 @@ def test_a_path_is_as_seen_from_here(nonius: Nonius, made: Path, tmp_path: Path,
 # --- pictures
 
 
+@pytest.mark.usefixtures("little_pictures")
 def test_a_picture_runs_again(nonius: Nonius, made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copytree(made, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
@@ -321,6 +323,7 @@ def test_without_opengl_the_answer_is_a_sentence(
     opengl.probe.cache_clear()
 
 
+@pytest.mark.usefixtures("little_pictures")
 def test_the_gallery_shows_every_network(nonius: Nonius, made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from app import paths
 

@@ -51,13 +51,17 @@ def beside(picture: Path) -> Path:
 
 
 def layers(scene: Any, k: float, check: Check | None = None) -> list[dict[str, Any]]:
-    """What is claimed of each layer of a scene, all items looked at."""
+    """What is claimed of each layer of a scene, all items looked at; layers of one shape are looked at once."""
+    known: dict[int, dict[str, Any]] = {}
+    for layer in scene.layers:
+        if id(layer.accuracy) not in known:
+            known[id(layer.accuracy)] = budget(layer.accuracy, k, check)
     return [
         {
             "title": layer.title,
             "shape": type(layer.shape).__name__,
             "shows": [{"name": s.name, "quantity": s.quantity, "note": s.note, "factor": s.factor} for s in layer.shows],
-            **budget(layer.accuracy, k, check),
+            **known[id(layer.accuracy)],
         }
         for layer in scene.layers
     ]

@@ -41,6 +41,7 @@ def test_its_data_is_as_it_was_when_it_was_saved(path: Path, catalogue: Catalogu
     assert all(not p.startswith("/") for p in network.files), "a packaged network reads what everyone has"
 
 
+@pytest.mark.usefixtures("little_pictures")
 @each_network
 def test_its_picture_has_a_certificate_that_holds(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
