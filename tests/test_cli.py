@@ -147,8 +147,10 @@ def test_help(nonius: Nonius, words: list[str]) -> None:
         (["run", "small.json", "--set", "k=-1"], "positive number"),
         (["run", "small.json", "--out", "contur=x.vtp"], "did you mean 'contour'?"),
         (["run", "small.json", "--out", "contour.line=x.vtp"], "did you mean 'lines'?"),
-        (["run", "small.json", "--out", "contour=x.png"], "written as .vtp"),
+        (["run", "small.json", "--out", "contour=x.png"], "goes to .vtp"),
         (["run", "small.json", "--out", "contour"], "NODE=FILE"),
+        (["run", "small.json", "--out", "contour.lines:accuracy=x.json"], "no file holds Accuracy"),
+        (["run", "small.json", "--report", "nowhere/r.json"], "there is no folder 'nowhere'"),
         (["run", "small.json", "--out", "contour=nowhere/x.vtp"], "there is no folder 'nowhere'"),
         (["run", "small.json", "--require", "contur.lines.position.max < 1"], "did you mean 'contour'?"),
         (["run", "small.json", "--require", "contour.lins.position.max < 1"], "did you mean 'lines'?"),
@@ -277,6 +279,23 @@ def test_a_path_is_as_seen_from_here(nonius: Nonius, made: Path, tmp_path: Path,
     assert (said.code, "could run" in said.out) == (0, True)
     assert "there is no file" in nonius(*words, "field.path=yours.npy").err
     assert nonius(*words, "field.path=mine.npy").code == 0
+
+
+def test_data_that_changed_since_the_network_was_saved_is_told(nonius: Nonius, made: Path, tmp_path: Path) -> None:
+    for name in ("peak.json", "heights.npy"):
+        shutil.copy(made / name, tmp_path / name)
+    from app.engine import document
+
+    document.save(document.load(tmp_path / "peak.json"), tmp_path / "peak.json")
+    words = ("run", tmp_path / "peak.json", "--out", f"contour={tmp_path / 'x.vtp'}")
+    assert nonius(*words).err == ""
+    data = bytearray((tmp_path / "heights.npy").read_bytes())
+    data[-1] ^= 1
+    (tmp_path / "heights.npy").write_bytes(bytes(data))
+    said = nonius(*words)
+    assert said.code == 0
+    assert "has changed since the network was saved" in said.err
+    assert "has changed since the network was saved" in nonius("check", tmp_path / "peak.json").err
 
 
 # --- pictures

@@ -17,11 +17,14 @@ from app.commands.console import Console, Usage
 from app.commands.outbox import Outbox
 from app.commands.pictures import Out
 from app.engine import check as legal
+from app.engine import paths as files
+from app.engine import writing
 from app.engine.catalogue import Catalogue
 from app.engine.demands import Demand, Verdict
 from app.engine.errors import NetworkError
 from app.engine.network import Network
 from modules.data.wires import Geometry, Model, Samples, Scene, Table
+from modules.declare import article
 
 SUFFIXES: Mapping[type, tuple[str, ...]] = {
     Scene: (".png",),
@@ -49,13 +52,15 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if found.kind == "picture":
         for line in nets.reads(network, catalogue):
             console.say(line)
-    for out in outs:
-        writable(out)
+    for path in [*(out.path for out in outs), *([Path(options.report)] if options.report else [])]:
+        writable(path)
     if not _compiled():
         console.say("the kernels are compiled at their first use; the next run does not wait for it")
     drawer = doctor.Drawer(any(out.type is Scene for out in outs))
     with Outbox() as outbox:
         outcome = wave.watch(network, _wanted(network, outs, demands, bool(options.outs)), catalogue, console, options.threads)
+        for sentence in writing.changed_files(network, catalogue, files.identities(network, catalogue) or {}):
+            console.complain(f"nonius: {sentence}")
         verdicts = _judged(demands, outcome, network)
         drawn = drawable(outs, outcome, drawer, console)
         captions = _write(drawn, outcome, outbox, found, catalogue, console)
@@ -89,10 +94,10 @@ def asked(text: str, network: Network, catalogue: Catalogue) -> Out:
     out = Out(node, kind.name, kind.type, Path(file.strip()).expanduser())
     suffixes = SUFFIXES.get(kind.type)
     if suffixes is None:
-        raise Usage(f"--out {text!r}: no file holds a {kind.type.__name__}: name a view, a shape, samples or a table")
+        raise Usage(f"--out {text!r}: no file holds {article(kind.type)}: name a view, a shape, samples or a table")
     if out.path.suffix.lower() not in suffixes:
         took = out.path.suffix or "without a suffix"
-        raise Usage(f"--out {text!r}: a {kind.type.__name__} is written as {' or '.join(suffixes)}, not {took}")
+        raise Usage(f"--out {text!r}: {article(kind.type)} goes to {' or '.join(suffixes)}, not {took}")
     return out
 
 
@@ -109,12 +114,12 @@ def default(network: Network, name: str, catalogue: Catalogue) -> list[Out]:
     return [Out(n, o.name, o.type, Path(f"{name}.png" if single else f"{name}-{n}.png")) for n, o in views]
 
 
-def writable(out: Out) -> None:
+def writable(path: Path) -> None:
     """Complain before the work, not after it."""
-    if out.path.is_dir():
-        raise Usage(f"{str(out.path)!r} is a folder: name a file in it")
-    if not out.path.parent.is_dir():
-        raise Usage(f"there is no folder {str(out.path.parent)!r} to write {out.path.name!r} to: make it first")
+    if path.is_dir():
+        raise Usage(f"{str(path)!r} is a folder: name a file in it")
+    if not path.parent.is_dir():
+        raise Usage(f"there is no folder {str(path.parent)!r} to write {path.name!r} to: make it first")
 
 
 def _compiled() -> bool:
