@@ -11,7 +11,6 @@ import inspect
 import re
 import types
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -19,131 +18,16 @@ from modules.data.accuracy import Accuracy
 from modules.data.wires import ColourMap, Geometry, Layer, Model, Samples, Scene, Table, Value
 from modules.parameters import Choice, Parameter, ParameterError, Range, check_type
 from modules.progress import Progress
+from modules.records import FURTHER, RESERVED, ROOMS, WIRES, DeclarationError, Module, Output, Port, article, record_of
+
+__all__ = [
+    "ROOMS", "DeclarationError", "Module", "Output", "Port", "accuracy_mapper", "article", "mapper", "modeller", "reader",
+    "record_of", "renderer",
+]  # fmt: skip
 
 P = ParamSpec("P")
-
-Kind = type[Any]
-
-WIRES: tuple[Kind, ...] = (Samples, Model, Geometry, Layer, Scene, Table, Value, ColourMap)
-ROOMS: dict[str, tuple[type, ...]] = {
-    "readers": (Samples, Table, Geometry, Value, ColourMap),
-    "modellers": (Samples, Model, Table, Value),
-    "mappers": (Geometry,),
-    "accuracy_mappers": (Geometry, Table),
-    "renderers": (Layer, Scene),
-}
-FURTHER: tuple[type, ...] = (Table, Value, Geometry)
-RESERVED = frozenset({"self", "id", "module", "version", "view", "out", "accuracy_of", "progress"})
-
-
-class DeclarationError(TypeError):
-    """A function that cannot be a module; the message says which part, and what to write instead."""
-
-
-@dataclass(frozen=True)
-class Port:
-    """An input: a wire type, `optional` (`| None = None`), `many` (`list[...]`, fan-in in slot order)."""
-
-    name: str
-    type: Kind
-    optional: bool = False
-    many: bool = False
-    words: str = ""
-
-    def refuses(self, offered: Kind) -> str:
-        """Why a wire of type `offered` does not fit, and what to do; "" if it fits. Samples also take a Model."""
-        if offered is self.type or (self.type is Samples and offered is Model):
-            return ""
-        if self.type is Model and offered is Samples:
-            return "needs a Model, got Samples: put an 'interpolate' between them, so that the law between samples is stated"
-        if self.type is Layer and offered is Geometry:
-            return "needs a Layer, got a Geometry: put a renderer such as 'lines' or 'surface' between them"
-        return f"needs {article(self.type)}, got {article(offered)}"
-
-
-@dataclass(frozen=True)
-class Output:
-    """An output: its name and wire type. Its twin socket is `<name>:accuracy`."""
-
-    name: str
-    type: Kind
-
-
-@dataclass(frozen=True, eq=False)
-class Module:
-    """What engine, panel, command line, help and file format know of a module.
-
-    Parameters
-    ----------
-    id : "room.file.function", as saved in a network
-    room : readers, modellers, mappers, accuracy_mappers or renderers
-    version : raised by hand when the output for the same input changes
-    was : former ids
-    independent : output -> ports it does not depend on
-    peek : for readers: path -> facts, cheap
-    companions : for readers: path -> other files that are read with it
-    progress : name of the argument that takes a `Progress`, "" if none
-    digest : of the code, for user and plug-in modules; "" for ours
-    """
-
-    id: str
-    title: str
-    room: str
-    version: int
-    was: tuple[str, ...]
-    aliases: tuple[str, ...]
-    ports: tuple[Port, ...]
-    parameters: tuple[Parameter, ...]
-    outputs: tuple[Output, ...]
-    independent: Mapping[str, tuple[str, ...]]
-    function: Callable[..., Any]
-    peek: Callable[[Path], Mapping[str, Any]] | None = None
-    companions: Callable[[Path], Sequence[Path]] | None = None
-    progress: str = ""
-    several: bool = False
-    summary: str = ""
-    accuracy: str = ""
-    source: str = ""
-    digest: str = field(default="")
-
-    def __reduce__(self) -> tuple[Callable[[Callable[..., Any]], Module], tuple[Callable[..., Any]]]:
-        return record_of, (self.function,)
-
-    def port(self, name: str) -> Port | None:
-        """The port of that name, or None."""
-        return next((p for p in self.ports if p.name == name), None)
-
-    def parameter(self, name: str) -> Parameter | None:
-        """The parameter of that name, or None."""
-        return next((p for p in self.parameters if p.name == name), None)
-
-    def output(self, name: str) -> Output | None:
-        """The output of that name, its twin socket too; or None."""
-        plain, _, twin = name.partition(":")
-        found = next((o for o in self.outputs if o.name == plain), None)
-        if twin and found:
-            return Output(name, Accuracy) if twin == "accuracy" else None
-        return found
-
-    def call(self, inputs: Mapping[str, Any], parameters: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
-        """Run the function and name its outputs.
-
-        Raises
-        ------
-        TypeError : an output is not of its declared type
-        """
-        arguments = {p.name: inputs.get(p.name) for p in self.ports}
-        arguments |= dict(parameters)
-        if self.progress:
-            arguments[self.progress] = progress
-        result = self.function(**arguments)
-        named = dict(zip((o.name for o in self.outputs), result if self.several else (result,), strict=True))
-        for output in self.outputs:
-            if not isinstance(named[output.name], output.type):
-                got = article(type(named[output.name]))
-                raise TypeError(f"{self.title} gave {got} as {output.name!r}; it declares {article(output.type)}")
-        return named
-
+F = TypeVar("F")
+Wrong = Callable[[str], DeclarationError]
 
 R = TypeVar("R", bound="Samples | Table | Geometry | Value | ColourMap | tuple[Any, ...]")
 M = TypeVar("M", bound="Samples | Model | Table | Value | tuple[Any, ...]")
@@ -238,30 +122,11 @@ def renderer(
     return declare
 
 
-def record_of(function: Callable[..., Any]) -> Module:
-    """The record that the decorator attached.
-
-    Raises
-    ------
-    DeclarationError : the function is not declared as a module
-    """
-    record = getattr(function, "__module_record__", None)
-    if not isinstance(record, Module):
-        raise DeclarationError(f"{getattr(function, '__qualname__', function)!r} is not a module: decorate it with its room")
-    return record
-
-
-def article(kind: type) -> str:
-    """A wire type with its article."""
-    name = kind.__name__
-    return name if name in ("Samples", "Accuracy") else f"{'an' if name[0] in 'AEIOU' else 'a'} {name}"
-
-
 # --- reading a signature -----------------------------------------------------------------------------------------
 
 
 def _attach(
-    function: Callable[P, T_],
+    function: Callable[P, F],
     room: str,
     title: str,
     version: int,
@@ -271,7 +136,7 @@ def _attach(
     independent: Mapping[str, tuple[str, ...]],
     peek: Callable[[Path], Mapping[str, Any]] | None = None,
     companions: Callable[[Path], Sequence[Path]] | None = None,
-) -> Callable[P, T_]:
+) -> Callable[P, F]:
     name = getattr(function, "__qualname__", repr(function))
 
     def wrong(sentence: str) -> DeclarationError:
@@ -280,41 +145,21 @@ def _attach(
     _check_function(function, room, wrong)
     hints = _hints(function, wrong)
     text = inspect.getdoc(function) or ""
-    words = _parameter_words(text)
-    ports, parameters, progress = _arguments(function, hints, words, wrong)
+    ports, parameters, progress = _arguments(function, hints, _parameter_words(text), wrong)
     outputs, several = _outputs(hints.get("return"), room, output, wrong)
     _check_bindings(ports, parameters, room, peek is not None, wrong)
-    for out, names in independent.items():
-        if out not in {o.name for o in outputs} or not set(names) <= {p.name for p in ports}:
-            raise wrong(f"independent={{{out!r}: {names}}} names an output or a port that it does not have")
+    _check_independent(independent, ports, outputs, wrong)
     record = Module(
-        id=_identity(function),
-        title=title,
-        room=room,
-        version=version,
-        was=was,
-        aliases=aliases,
-        ports=ports,
-        parameters=parameters,
-        outputs=outputs,
-        independent=independent,
-        function=function,
-        peek=peek,
-        companions=companions,
-        progress=progress,
-        several=several,
+        id=_identity(function), title=title, room=room, version=version, was=was, aliases=aliases,
+        ports=ports, parameters=parameters, outputs=outputs, several=several, independent=independent,
+        function=function, peek=peek, companions=companions, progress=progress,
         summary=text.split("\n\n")[0].replace("\n", " ").strip(),
-        accuracy=_line(text, "Accuracy"),
-        source=_line(text, "Source"),
-    )
+        accuracy=_line(text, "Accuracy"), source=_line(text, "Source"),
+    )  # fmt: skip
     if not record.accuracy:
         raise wrong("its docstring has no 'Accuracy:' line: say what it does to the accuracy of its inputs")
     function.__module_record__ = record  # type: ignore[attr-defined]  # a function takes attributes; typing has no word for it
     return function
-
-
-T_ = TypeVar("T_")
-Wrong = Callable[[str], DeclarationError]
 
 
 def _identity(function: Callable[..., Any]) -> str:
@@ -465,6 +310,14 @@ def _check_bindings(
                     raise wrong(f"{parameter.name!r}: a {kinds[port].__name__} knows {', '.join(known)}; not {fact!r}")
             elif not (room == "readers" and peeks and any(p.name == port and p.is_path for p in parameters)):
                 raise wrong(f"{parameter.name!r}: there is no port {port!r}")
+
+
+def _check_independent(
+    independent: Mapping[str, tuple[str, ...]], ports: Sequence[Port], outputs: Sequence[Output], wrong: Wrong
+) -> None:
+    for out, names in independent.items():
+        if out not in {o.name for o in outputs} or not set(names) <= {p.name for p in ports}:
+            raise wrong(f"independent={{{out!r}: {names}}} names an output or a port that it does not have")
 
 
 def _line(text: str, word: str) -> str:

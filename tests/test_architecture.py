@@ -62,17 +62,17 @@ LAYERS: dict[str, tuple[str, ...]] = {
     "data": ("modules.kernels", "modules.data"),
     "parameters": ("modules.kernels", "modules.data"),
     "progress": ("modules.kernels", "modules.data"),
-    "formula": ("modules.kernels", "modules.data"),
-    "declare": ("modules.kernels", "modules.data", "modules.parameters", "modules.progress", "modules.formula"),
+    "records": ("modules.kernels", "modules.data", "modules.parameters", "modules.progress"),
+    "declare": ("modules.kernels", "modules.data", "modules.parameters", "modules.progress", "modules.records"),
     "api": (
-        "modules.kernels", "modules.data", "modules.parameters", "modules.progress", "modules.formula", "modules.declare",
+        "modules.kernels", "modules.data", "modules.parameters", "modules.progress", "modules.records", "modules.declare",
     ),
-    **{room: ("modules.kernels", "modules.data", "modules.formula", "modules.api", f"modules.{room}") for room in ROOMS},
+    **{room: ("modules.kernels", "modules.data", "modules.api", f"modules.{room}") for room in ROOMS},
     "modules": (),
 }  # fmt: skip
 """A layer, and what of `modules` it may import."""
 
-ENGINE = ("app.engine", "modules.data", "modules.declare", "modules.progress", "modules.parameters")
+ENGINE = ("app.engine", "modules.data", "modules.records", "modules.declare", "modules.progress", "modules.parameters")
 
 
 def violations(module: str, source: str, package: bool = False) -> list[str]:

@@ -58,6 +58,7 @@ class Samples:
         values = np.asarray(self.values)
         if values.dtype.kind not in "fiub":
             raise ValueError(f"samples are numbers, not {values.dtype}")
+        values = values.astype(values.dtype.newbyteorder("="), copy=False)
         extra = values.shape[len(self.grid.shape) :]
         if values.shape[: len(self.grid.shape)] != self.grid.shape or extra not in ((), (3,), (3, 3)):
             raise ValueError(
