@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from modules.kernels import contour as contour
     from modules.kernels import crossings as crossings
     from modules.kernels import operators as operators
+    from modules.kernels import refine as refine
+    from modules.kernels import triangles as triangles
 
 
 def __getattr__(name: str) -> ModuleType:

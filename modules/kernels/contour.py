@@ -102,7 +102,7 @@ def lines(
     """
     values, x, y = _at_the_door(values, x, y, level)
     crossings, saddles, curved = _sweep_all(values, x, y, float(level), check or _no_check)
-    return _walk_all(crossings, saddles, curved, shoulder, check or _no_check)
+    return walked(crossings, saddles, curved, shoulder, check or _no_check)
 
 
 def _no_check(fraction: float) -> None:
@@ -155,13 +155,13 @@ def _with_room(records: Records, used: int, needed: int) -> Records:
     return more
 
 
-def _walk_all(
+def walked(
     crossings: Records, saddles: Records, curved: int, shoulder: bool, check: Callable[[float], None]
 ) -> ContourLines:
     """The linked crossings as lines, in arrays of exact size."""
     arcs = int(np.count_nonzero(crossings["next"] >= 0))
     segments = arcs + (curved if shoulder else 0)
-    most = crossings.size - arcs + arcs // 4  # ends that no arc enters; a closed line has at least four arcs
+    most = crossings.size - arcs + arcs // 3  # ends that no arc enters; a closed line has at least three arcs
     points, offsets = np.empty((segments + most, 2)), np.zeros(most + 1, np.int64)
     bend, cell = np.empty(segments), np.empty(segments, np.int64)
     state = np.array([0, 0, 0, 0, -1, 0], np.int64)
