@@ -1,0 +1,179 @@
+"""Where the errors of a geometry are largest, as a table and as points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modules.api import (
+    Accuracy,
+    Annotated,
+    Cells,
+    Field,
+    Geometry,
+    NamedTuple,
+    Progress,
+    Range,
+    Table,
+    Term,
+    accuracy_mapper,
+)
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+ORDER = ("position", "area", "value", "velocity", "length")
+"""Which quantity is meant if none is named: the first of these that there is."""
+WHY = "the largest sizes are listed as plain numbers; the errors themselves stay with the geometry"
+
+
+class Worst(NamedTuple):
+    """The largest errors as a table, and where they are."""
+
+    table: Table
+    places: Geometry
+
+
+@accuracy_mapper("Worst places", aliases=("largest errors", "maximum error", "outliers", "top"))
+def worst(
+    geometry: Geometry,
+    progress: Progress,
+    accuracy: Accuracy | None = None,
+    *,
+    count: Annotated[int, Range(1, 1000, log=True)] = 10,
+    quantity: str = "",
+) -> Worst:
+    """The largest errors of a geometry: which source, where, how large; one row an error, the largest first.
+
+    Errors of size 0 are no worst places and are left out. Of errors of one size the source that stands first in the budget
+    comes first, then the item of the lower number.
+
+    Parameters
+    ----------
+    geometry : lines, points or polygons
+    accuracy : of the same geometry; its own by default
+    count : number of rows
+    quantity : position, area, value ...; automatic: the first of position, area, value that there is
+
+    Raises
+    ------
+    ValueError : no error of that quantity is known, its sources have different units, or no row is wanted
+
+    Accuracy: sizes are those of the budget, standard deviations as they are (k = 1); the terms end here, for the table
+        holds their largest values as plain numbers.
+    Source: Lopes 1999, 3.5 (the error of each place is a number); the order of ties is ours.
+    """
+    if count < 1:
+        raise ValueError(f"count must be at least 1, not {count}")
+    shown = geometry.accept(accuracy)
+    terms = _terms(shown, quantity)
+    sizes = [t.size(None, progress.part(i / len(terms), (i + 1) / len(terms))) for i, t in enumerate(terms)]
+    which, item = _largest(sizes, count)
+    at = _positions(geometry, terms, which, item)
+    table = _table(terms, sizes, which, item, at)
+    ended = Accuracy().end_from(shown, WHY).end_from(geometry.accuracy, WHY).miss(*shown.missing)
+    return Worst(
+        Table(columns=table, units=_units(geometry, terms), name=f"worst {terms[0].quantity}", accuracy=ended),
+        Geometry(
+            points=at,
+            vertices=Cells.of(np.arange(len(at))[:, None]),
+            values={
+                "size": Field(table["size"], "point", terms[0].unit),
+                "rank": Field(table["rank"], "point"),
+                "name": Field(np.array([str(r) for r in table["rank"]], dtype=str), "point"),
+            },
+            cell=geometry.cell,
+            frame=geometry.frame,
+            name="worst places",
+            time=geometry.time,
+            accuracy=ended,
+        ),
+    )
+
+
+def _terms(shown: Accuracy, quantity: str) -> tuple[Term, ...]:
+    """The terms of the quantity that is meant, all in one unit."""
+    there = list(dict.fromkeys(t.quantity for t in shown.terms))
+    if not there:
+        raise ValueError("no error of the geometry is known: there is nothing to rank")
+    wanted = quantity or next((q for q in ORDER if q in there), there[0])
+    if wanted not in there:
+        raise ValueError(f"no error of {wanted!r} is known: there are errors of {', '.join(there)}")
+    terms = shown.select(wanted)
+    if len({t.unit for t in terms}) > 1:
+        units = ", ".join(sorted({t.unit or "plain numbers" for t in terms}))
+        raise ValueError(f"errors of {wanted} come in {units}: what is larger cannot be said")
+    return terms
+
+
+def _largest(sizes: list[Floats], count: int) -> tuple[Ints, Ints]:
+    """(term, item) of the largest sizes above 0; of equal ones the first term, then the lowest item."""
+    found: list[tuple[Floats, Ints, Ints]] = []
+    for i, size in enumerate(sizes):
+        item = np.flatnonzero(size > 0)
+        if len(item) > count:  # all that reach the smallest of the largest, so that ties are decided below
+            least = np.partition(size[item], len(item) - count)[len(item) - count]
+            above, ties = item[size[item] > least], item[size[item] == least]
+            item = np.concatenate([above, ties[: count - len(above)]])
+        found.append((size[item], np.full(len(item), i, np.int64), item.astype(np.int64)))
+    size, which, item = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    order = np.lexsort((item, which, -size))[:count]
+    return which[order], item[order]
+
+
+def _positions(geometry: Geometry, terms: tuple[Term, ...], which: Ints, item: Ints) -> Floats:
+    """(n, 3) where the items are: points, middles of segments, means of the points of cells."""
+    at = np.full((len(which), 3), np.nan)
+    for i, term in enumerate(terms):
+        rows = np.flatnonzero(which == i)
+        if len(rows):
+            at[rows] = _places(geometry, term, item[rows])
+    return at
+
+
+def _places(geometry: Geometry, term: Term, item: Ints) -> Floats:
+    if term.place == "point":
+        return np.asarray(geometry.points[item])
+    if term.place == "segment":
+        return np.asarray(geometry.points[geometry.segments()[item]].mean(axis=1))
+    if term.place == "own":
+        if term.points is None:
+            raise ValueError(f"the errors {term.name!r} do not say where they are")
+        return np.asarray(term.points[item])
+    parts = (geometry.vertices, geometry.lines, geometry.polygons)
+    starts = np.concatenate([[0], np.cumsum([len(p) for p in parts])])
+    at = np.empty((len(item), 3))
+    for row, cell in enumerate(item):
+        kind = int(np.searchsorted(starts, cell, "right")) - 1
+        part, inner = parts[kind], int(cell - starts[kind])
+        at[row] = geometry.points[part.connectivity[part.offsets[inner] : part.offsets[inner + 1]]].mean(axis=0)
+    return at
+
+
+def _table(
+    terms: tuple[Term, ...], sizes: list[Floats], which: Ints, item: Ints, at: Floats
+) -> dict[str, NDArray[np.generic]]:
+    size = np.array([sizes[t][i] for t, i in zip(which, item, strict=True)], float)
+
+    def words(say: list[str]) -> NDArray[np.generic]:
+        return np.array([say[t] for t in which], dtype=str)
+
+    return {
+        "rank": np.arange(1, len(which) + 1),
+        "x": at[:, 0],
+        "y": at[:, 1],
+        "z": at[:, 2],
+        "sign": words([t.source.sign for t in terms]),
+        "size": size,
+        "unit": words([t.unit for t in terms]),
+        "term": words([t.name for t in terms]),
+        "quantity": words([t.quantity for t in terms]),
+        "kind": words([t.kind for t in terms]),
+        "place": words([t.place for t in terms]),
+        "item": item,
+    }
+
+
+def _units(geometry: Geometry, terms: tuple[Term, ...]) -> dict[str, str]:
+    units = {**dict(zip("xyz", geometry.frame.units, strict=True)), "size": terms[0].unit}
+    return {name: unit for name, unit in units.items() if unit}
