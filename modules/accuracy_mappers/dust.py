@@ -86,6 +86,11 @@ def _area(lines: Geometry, shown: Accuracy) -> Term:
     found = [t for t in shown.select("area", "segment") if t.kind == "metric"]
     if not found or "bend" not in lines.values:
         raise ValueError("dust needs contour lines that know their area from the exact contour: wire the lines of 'contour'")
+    if np.isnan(np.asarray(lines.values["bend"].values, float)).any():
+        raise ValueError(
+            "dust fills the space between a line and its hyperbola: wire a contour by shoulder, basic or exact of a regular or "
+            "rectilinear grid"
+        )
     return found[0]
 
 

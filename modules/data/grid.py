@@ -260,6 +260,12 @@ class Unstructured(Grid):
         return self.nodes
 
 
+def lattice_of(grid: Grid) -> Regular:
+    """The lattice of a structured grid in its own coordinates: spacing 1, origin 0."""
+    n = len(grid.shape)
+    return Regular(grid.shape, (1.0,) * n, (0.0,) * n, frame=grid.frame)
+
+
 Axial = Regular | Rectilinear
 """Grids whose cells are boxes along the axes."""
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from modules.data.accuracy import Accuracy, Flag, Missing, Term
 from modules.data.cubic import Cubic
 from modules.data.geometry import Geometry
-from modules.data.grid import Curvilinear, Frame, Grid, Rectilinear, Unstructured, regular
+from modules.data.grid import Curvilinear, Frame, Grid, Rectilinear, Unstructured, lattice_of, regular
 from modules.data.laws import Law, Linear, Nearest, corner_max
 from modules.data.memo import memo
 from modules.data.operators import Floats, Gather, Identity
@@ -312,13 +312,14 @@ class Value:
 
 def _with_own_cells(samples: Samples, law: Law) -> Accuracy:
     """The samples' accuracy and the law's own error per cell: a size that no sample states, so it is estimated."""
-    if isinstance(samples.grid, Curvilinear | Unstructured):
-        return samples.accuracy.miss(Missing(law.source.name, f"not estimated on a {samples.grid.kind} grid"))
-    flat = samples.values.reshape(samples.grid.count, -1).astype(float, copy=False)
-    largest = np.zeros(samples.grid.cells)
+    if isinstance(samples.grid, Unstructured):
+        return samples.accuracy.miss(Missing(law.source.name, "not estimated on an unstructured grid"))
+    grid = lattice_of(samples.grid) if isinstance(samples.grid, Curvilinear) else samples.grid
+    flat = samples.values.reshape(grid.count, -1).astype(float, copy=False)
+    largest = np.zeros(grid.cells)
     for column in flat.T:
-        lattice = column.reshape(samples.grid.shape)
-        error = law.largest(samples.grid, lattice)
+        lattice = column.reshape(grid.shape)
+        error = law.largest(grid, lattice)
         error[np.isnan(corner_max(lattice).ravel())] = 0.0  # a hole: there is no model
         largest = np.hypot(largest, error)
     sizes = np.nan_to_num(largest, nan=0.0)

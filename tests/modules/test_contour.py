@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import threading
 import time
+from typing import Literal
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial import Delaunay
 
 from modules.api import (
     EXACT,
     Cancelled,
+    Curvilinear,
     Frame,
     Geometry,
     Model,
     Progress,
     Samples,
+    Unstructured,
     bound,
     deviation,
 )
@@ -24,13 +28,19 @@ from modules.mappers.contour import contour, round_step
 from modules.modellers.interpolate import interpolate
 from modules.progress import Stop
 
-METHODS = ("shoulder", "basic")
+Method = Literal["shoulder", "basic", "four_triangles", "exact"]
+LAWS: tuple[Literal["linear", "cubic"], ...] = ("linear", "cubic")
+METHODS: tuple[Method, ...] = ("shoulder", "basic")
 CELL = np.array([[15.0, 21.0], [24.0, 10.0]])
 
 
 def model(values: object, **words: object) -> Model:
     words.setdefault("accuracy", EXACT)
     return interpolate(Samples.from_array(np.asarray(values, float), **words))  # type: ignore[arg-type]  # any words
+
+
+def nearest() -> Model:
+    return interpolate(Samples.from_array(CELL, accuracy=EXACT), law="nearest")
 
 
 def area(lines: Geometry) -> float:
@@ -44,7 +54,7 @@ def hills(n: int = 40) -> NDArray[np.float64]:
 
 
 def test_the_thesis_cell() -> None:
-    lines = {m: contour(model(CELL), Progress(), levels=(17.6,), method=m) for m in METHODS}  # type: ignore[arg-type]  # the two words
+    lines = {m: contour(model(CELL), Progress(), levels=(17.6,), method=m) for m in METHODS}
     assert area(lines["basic"]) == pytest.approx(0.050928223 + 0.170748505, rel=1e-8)
     assert area(lines["shoulder"]) == pytest.approx(0.008539327 + 0.021585992, rel=1e-7)
     assert area(lines["shoulder"]) / area(lines["basic"]) == pytest.approx(0.136, abs=5e-4)
@@ -55,10 +65,10 @@ def test_the_thesis_cell() -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_area_and_distance_are_those_of_an_independent_integration(method: str) -> None:
+def test_area_and_distance_are_those_of_an_independent_integration(method: Method) -> None:
     """The exact contour of each segment is solved for, column by column, from the model itself."""
     field = model(hills(12), spacing=(2.0, 3.0))
-    lines = contour(field, Progress(), levels=(0.2,), method=method)  # type: ignore[arg-type]  # a word
+    lines = contour(field, Progress(), levels=(0.2,), method=method)
     (area_term,) = lines.accuracy.select("area")
     segments, points = lines.segments(), lines.points
     t = (np.arange(4000) + 0.5) / 4000
@@ -131,6 +141,7 @@ def test_accuracy_names_all_that_is_known() -> None:
         "Interpolation between samples": ("estimated", "position", "m", "point"),
         "Two chords a cell": ("proven", "position", "m", "point"),
         "Area between line and contour": ("exact", "area", "m²", "segment"),
+        "Contour longer than its line": ("exact", "length", "m", "segment"),
         "Joining of the lines": ("exact", "position", "m", "point"),
     }
     assert {t.id for t in field.accuracy.terms} <= lines.accuracy.accounted()
@@ -194,7 +205,7 @@ def test_holes_leave_holes() -> None:
     [
         (lambda: contour(model(np.zeros((3, 3, 3))), Progress()), "take a slice first"),
         (lambda: contour(model(np.zeros((2, 2, 2, 3))[0], vector=True), Progress()), "choose a component"),
-        (lambda: contour(interpolate(Samples.from_array(CELL, accuracy=EXACT), law="nearest"), Progress()), "law 'linear'"),
+        (lambda: contour(nearest(), Progress()), "choose another in interpolate"),
         (lambda: contour(model(CELL), Progress(), interval=-1.0), "interval must be positive"),
         (lambda: contour(model(CELL), Progress(), interval=1e-9), "choose a larger one"),
     ],
@@ -218,3 +229,170 @@ def test_cancel_is_heard_within_a_tenth_of_a_second() -> None:
     with pytest.raises(Cancelled):
         contour(field, Progress(stop=stop), levels=tuple(np.linspace(-1, 1, 50).tolist()))
     assert time.perf_counter() - raised[0] < 0.1
+
+
+# --- further methods and planes
+
+
+def test_exact_leaves_a_millionth_of_a_cell_beside_each_arc() -> None:
+    values = hills(20)
+    exact = contour(model(values), Progress(), interval=0.2, method="exact")
+    (left,) = exact.accuracy.select("area")
+    assert left.size().max() <= 1e-6
+    coarse = contour(model(values), Progress(), interval=0.2, method="shoulder", tolerance=1e-3)
+    plain = contour(model(values), Progress(), interval=0.2, method="shoulder")
+    assert coarse.accuracy.select("area")[0].size().max() <= 1e-3
+    assert len(plain.points) <= len(coarse.points) < len(exact.points)
+    assert len(exact.polylines()) == len(plain.polylines())
+
+
+def test_a_tolerance_cures_the_near_degenerate_saddle() -> None:
+    """One shoulder point leaves more than four triangles there (corners 1, -1, 1.0001, -1)."""
+    cell = model([[1.0, -1.0], [-1.0, 1.0001]])
+    left = {
+        m: area(contour(cell, Progress(), levels=(0.0,), method=m)) for m in ("basic", "shoulder", "four_triangles", "exact")
+    }
+    assert left["four_triangles"] < left["shoulder"] < left["basic"]
+    assert left["exact"] < 2e-6 < 1e-4 < left["shoulder"]
+
+
+def test_four_triangles_joins_wrongly_in_the_cell_of_the_thesis_and_says_what_that_costs() -> None:
+    wrong = contour(model(CELL), Progress(), levels=(17.6,), method="four_triangles")
+    t = (np.arange(600) + 0.5) / 600
+    u, v = np.meshgrid(t, t)
+    bilinear = 15 + 6 * u + 9 * v - 20 * u * v
+    p, q = u - 0.5, v - 0.5
+    s = 2 * np.maximum(abs(p), abs(q))
+    rim_u, rim_v = 0.5 + p / np.where(s > 0, s, 1), 0.5 + q / np.where(s > 0, s, 1)
+    four = (1 - s) * 17.5 + s * (15 + 6 * rim_u + 9 * rim_v - 20 * rim_u * rim_v)  # linear from the middle to the rim
+    truth = ((bilinear >= 17.6) != (four >= 17.6)).mean()
+    assert area(wrong) == pytest.approx(truth, abs=0.004)
+    assert wrong.accuracy.word("area") == "sampled"
+    assert wrong.accuracy.word("position") == "estimated"
+
+
+def test_the_length_of_a_contour_is_that_of_its_arcs() -> None:
+    lines = contour(model(CELL), Progress(), levels=(17.6,), method="basic")
+    (longer,) = lines.accuracy.select("length")
+    t = np.linspace(0, 13 / 30, 200_001)
+    y = (2.6 - 6 * t) / (9 - 20 * t)
+    arc = np.hypot(np.diff(t), np.diff(y)).sum()
+    chord = np.hypot(13 / 30, 2.6 / 9)
+    assert longer.size().min() == pytest.approx(arc - chord, rel=1e-6)
+
+
+def test_a_stretched_grid_is_contoured_as_the_unit_grid_and_mapped() -> None:
+    values = hills(15)
+    x, y = (np.cumsum(np.random.default_rng(s).uniform(0.5, 2, 15)) for s in (1, 2))
+    flat = contour(model(values), Progress(), levels=(0.2,))
+    stretched = contour(model(values, axes=[x, y]), Progress(), levels=(0.2,))
+    mapped = np.column_stack([np.interp(flat.points[:, 0], np.arange(15), x), np.interp(flat.points[:, 1], np.arange(15), y)])
+    assert np.allclose(stretched.points[:, :2], mapped, atol=1e-12)
+    assert np.array_equal(stretched.lines.connectivity, flat.lines.connectivity)
+
+
+def polar(n: int) -> Samples:
+    r, a = np.meshgrid(np.linspace(1, 2, n), np.linspace(0, np.pi / 2, 2 * n), indexing="xy")
+    nodes = np.stack([r * np.cos(a), r * np.sin(a), 0 * r], axis=-1)
+    values = nodes[..., 0] * nodes[..., 1]
+    accuracy = EXACT.add(deviation("sensor", 0.01, values.size, unit="K"))
+    return Samples(grid=Curvilinear(nodes, frame=Frame(units=("m", "m", "m"))), values=values, unit="K", accuracy=accuracy)
+
+
+def test_a_bent_lattice_is_contoured_in_its_own_coordinates() -> None:
+    """x y = 0.8 on a quarter ring: the lines approach the hyperbola as the lattice is refined."""
+    off, left = [], []
+    for n in (9, 17, 33):
+        lines = contour(interpolate(polar(n)), Progress(), levels=(0.8,))
+        off.append(np.abs(lines.points[:, 0] * lines.points[:, 1] - 0.8).max())
+        left.append(area(lines))
+        radius = np.hypot(*lines.points[:, :2].T)
+        assert radius.min() > 0.98
+        assert radius.max() <= 2 + 1e-12
+    assert off[0] / off[1] > 3
+    assert off[1] / off[2] > 3
+    assert left[0] > 3 * left[2]
+    assert lines.accuracy.word("area") == "estimated"
+    sensor = next(t for t in lines.accuracy.select("position") if t.name == "sensor")
+    slope = np.hypot(lines.points[:, 0], lines.points[:, 1])  # |grad x y| = |(y, x)|
+    assert np.all(sensor.size() <= 0.0105 / slope)
+    assert np.median(sensor.size() * slope) > 0.004
+    assert {t.unit for t in lines.accuracy.select("position")} == {"m"}
+
+
+def test_the_area_on_a_bent_lattice_is_that_of_the_image() -> None:
+    """A sheared and scaled unit square: the area scales with its determinant."""
+    square = Samples.from_array(CELL, accuracy=EXACT)
+    nodes = np.array([[[0.0, 0, 0], [3, 0, 0]], [[1, 2, 0], [4, 2, 0]]])
+    bent = Samples(grid=Curvilinear(nodes), values=CELL, accuracy=EXACT)
+    flat, mapped = (contour(interpolate(s), Progress(), levels=(17.6,), method="basic") for s in (square, bent))
+    assert area(mapped) == pytest.approx(6 * area(flat), rel=2e-2)
+
+
+def test_triangles_are_drawn_exactly() -> None:
+    random = np.random.default_rng(0)
+    nodes = np.column_stack([random.uniform(0, 1, (80, 2)), np.zeros(80)])
+    faces = Delaunay(nodes[:, :2]).simplices.astype(np.int64)
+    grid = Unstructured(nodes, np.arange(len(faces) + 1) * 3, faces.ravel(), np.full(len(faces), 5))
+    values = 3 * nodes[:, 0] + nodes[:, 1]
+    accuracy = EXACT.add(deviation("sensor", 0.1, 80))
+    lines = contour(interpolate(Samples(grid=grid, values=values, accuracy=accuracy)), Progress(), levels=(1.5,))
+    assert np.allclose(3 * lines.points[:, 0] + lines.points[:, 1], 1.5)
+    assert area(lines) == 0.0
+    assert lines.accuracy.word("area") == "exact"
+    sensor = next(t for t in lines.accuracy.terms if t.name == "sensor")
+    assert np.all(sensor.size() <= 0.1 / np.sqrt(10) + 1e-12)
+    assert lines.accuracy.rigour() == "unknown"  # nobody knows what lies between the nodes
+
+
+def test_a_cubic_model_is_sampled_finely_and_says_how_finely() -> None:
+    x = np.linspace(0, 3, 13)
+    field = np.sin(2 * x)[None, :] * np.cos(x)[:, None]
+    samples = Samples.from_array(field, axes=[x, x], accuracy=EXACT)
+    lines = {law: contour(interpolate(samples, law=law), Progress(), levels=(0.3,)) for law in LAWS}
+
+    def off(lines: Geometry) -> float:
+        inner = lines.points[((lines.points[:, :2] > 0.5) & (lines.points[:, :2] < 2.5)).all(axis=1)]
+        return float(np.abs(np.sin(2 * inner[:, 0]) * np.cos(inner[:, 1]) - 0.3).max())
+
+    assert off(lines["cubic"]) < 0.2 * off(lines["linear"])
+    piece = next(t for t in lines["cubic"].accuracy.terms if t.name == "Cubic field in bilinear pieces")
+    assert piece.size().max() < 0.01
+    assert {t.id for t in interpolate(samples, law="cubic").accuracy.terms} != set()
+
+
+def test_a_saddle_flips_as_often_as_the_flag_says() -> None:
+    """Monte Carlo over the noise of the corners of the thesis's cell, padded by cells of its own."""
+    sigma = 0.15
+    cell = np.pad(CELL, 2, mode="edge")
+    lines = contour(model(cell, accuracy=EXACT.add(deviation("s", sigma, cell.size))), Progress(), levels=(17.6,))
+    (flag,) = [f for f in lines.accuracy.flags if f.name == "topology at risk"]
+    draws = CELL.ravel() - 17.6 + np.random.default_rng(0).normal(0, sigma, (200_000, 4))
+    flipped = (draws[:, 0] * draws[:, 3] - draws[:, 1] * draws[:, 2] > 0) != (
+        (15 - 17.6) * (10 - 17.6) - (21 - 17.6) * (24 - 17.6) > 0
+    )
+    assert flag.values is not None
+    assert flag.values.max() == pytest.approx(flipped.mean(), abs=0.02)
+    assert f"{flag.values.max():.0%}" in flag.words
+
+
+def test_lines_thinner_than_their_errors_are_flagged() -> None:
+    values = hills()
+    noisy = model(values, accuracy=EXACT.add(deviation("s", 0.2, values.size)))
+    flags = {f.name: f for f in contour(noisy, Progress(), interval=0.25).accuracy.flags}
+    assert flags["lines closer than their errors"].count > 100
+    quiet = model(values, accuracy=EXACT.add(deviation("s", 1e-4, values.size)))
+    assert "lines closer than their errors" not in {f.name for f in contour(quiet, Progress(), interval=0.25).accuracy.flags}
+    bump = np.zeros((21, 21))
+    bump[10, 10] = 1.0
+    thin = model(bump, accuracy=EXACT.add(bound("b", 0.5, bump.size)))
+    assert "thinner than the error" in {f.name for f in contour(thin, Progress(), levels=(0.9,)).accuracy.flags}
+
+
+def test_a_count_of_levels_is_even() -> None:
+    drawn = contour(model(np.linspace(0, 10, 20).reshape(2, 10)), Progress(), count=4)
+    assert np.allclose(np.unique(drawn.values["level"].values), [2, 4, 6, 8])
+    with pytest.raises(ValueError, match="count must be"):
+        contour(model(CELL), Progress(), count=0)
+    with pytest.raises(ValueError, match="tolerance must be positive"):
+        contour(model(CELL), Progress(), tolerance=-1.0)
