@@ -22,7 +22,9 @@ from app.engine.errors import NetworkError
 ROOT = Path(__file__).resolve().parent.parent
 Nonius = Callable[..., Any]
 
-SCRIPT = "import sys; from app.cli import script; script()"
+SCRIPT = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); from app.cli import script; script()"
+"""What the console script runs. Children of a shell in the background would inherit that Ctrl+C is ignored."""
+
 SLOW = '''
 """Slow and failing modules for tests."""
 
