@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from modules.kernels import arcs as arcs
+    from modules.kernels import bands as bands
     from modules.kernels import bilinear as bilinear
     from modules.kernels import contour as contour
     from modules.kernels import crossings as crossings
