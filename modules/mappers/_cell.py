@@ -115,6 +115,10 @@ class Cell:
         """Where the place (u, v) of the unit square lies."""
         return self.low + np.array([u, v]) * self.size
 
+    def shows(self, at: Floats, around: float) -> bool:
+        """Whether a window that is larger by `around` cells on each side shows a place."""
+        return bool(np.all((at >= self.low - around * self.size) & (at <= self.high + around * self.size)))
+
     @property
     def twist(self) -> float:
         """The coefficient c: 0 exactly where F is linear."""

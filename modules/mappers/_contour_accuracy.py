@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +11,10 @@ from scipy.special import ndtr
 
 from modules.data.accuracy import Accuracy, Flag, Source, Term
 from modules.data.operators import Identity, scaling
-from modules.kernels.contour import ContourLines
 from modules.mappers._plane import Drawn, Plane, Rectangle, Triangles
+
+if TYPE_CHECKING:
+    from modules.kernels.contour import ContourLines
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,7 @@ class CellParts(NamedTuple):
     chords: Geometry
     shoulders: Geometry
     tangents: Geometry
+    parallels: Geometry
     medians: Geometry
     points: Geometry
     corners: Geometry
@@ -70,13 +72,14 @@ def cell(
     column: Annotated[int, Range(low=0)] = 0,
     around: Annotated[float, Range(0, 2)] = 0.25,
     at: tuple[float, ...] = (0.0, 0.0),
+    named: str = "P Q R M T S",
 ) -> CellParts:
     """One bilinear cell: its contour as the exact hyperbola, and the points and lines that lead to the shoulder point.
 
     outline is the cell; hyperbola the contour within it, beyond the contour outside; asymptotes meet in the saddle S. For
-    each arc, chords are P to Q, shoulders P to R to Q, tangents those at P, Q and R, medians run from the middle M of the
-    chord through R to T, where the tangents at P and Q meet. points are all these with their names, corners the corner
-    values, and the table holds the numbers.
+    each arc, chords are P to Q, shoulders P to R to Q, tangents those at P and Q, parallels that at R, and medians run from
+    the middle M of the chord through R to T, where the tangents meet, and on to S. points are these with their names,
+    corners the corner values, and the table holds the numbers.
 
     Parameters
     ----------
@@ -86,6 +89,7 @@ def cell(
     row, column : which cell of the model, from its lower left
     around : how much of the plane is drawn around the cell, in cells
     at : lower left corner of the cell, if no model is wired
+    named : the points that are given, with spaces between: P, Q, R, M, T, S, and C for the centre
 
     Raises
     ------
@@ -110,9 +114,10 @@ def cell(
         asymptotes=draw.lines(_asymptotes(known, around), "asymptotes"),
         chords=draw.lines([np.stack([a.p, a.q]) for a in arcs], "chords"),
         shoulders=draw.lines([np.stack([a.p, a.shoulder, a.q]) for a in bent], "lines through the shoulder points"),
-        tangents=draw.lines([t for a in bent for t in _tangents(a)], "tangents"),
-        medians=draw.lines([np.stack([a.middle, a.shoulder, a.tangents_meet]) for a in bent], "from M through R to T"),
-        points=_points(draw, known, arcs, around),
+        tangents=draw.lines([np.stack([a.p, a.tangents_meet, a.q]) for a in bent], "tangents at P and Q"),
+        parallels=draw.lines([_parallel(a) for a in bent], "tangents at R, parallel to the chords"),
+        medians=draw.lines([_median(a, known, around) for a in bent], "from M through R and T to S"),
+        points=_points(draw, _named(known, arcs, around), named),
         corners=_corners(draw, known, unit, here),
         table=_table(known, arcs, draw.accuracy),
     )
@@ -172,6 +177,7 @@ class _Drawing:
 
     def __init__(self, frame: Frame, size: float, accuracy: Accuracy) -> None:
         self.frame, self.size, self.accuracy = frame, size, accuracy
+        self.id = exactly("Construction", "mapping", 0).id
         try:
             self.unit, self.known = frame.length_unit(2), True
         except ValueError:
@@ -199,7 +205,8 @@ class _Drawing:
 
     def exact(self, n: int) -> Accuracy:
         """The accuracy of n constructed points."""
-        return self.accuracy.add(exactly("Construction", "mapping", n, quantity="position", unit=self.unit, rule=RULE))
+        term = exactly("Construction", "mapping", n, quantity="position", unit=self.unit, rule=RULE)
+        return self.accuracy.add(replace(term, id=self.id))
 
 
 def _asymptotes(known: _cell.Cell, around: float) -> list[Floats]:
@@ -216,11 +223,18 @@ def _asymptotes(known: _cell.Cell, around: float) -> list[Floats]:
     return found
 
 
-def _tangents(arc: Arc) -> list[Floats]:
-    """P to T, T to Q, and through R parallel to the chord, as far as these two."""
-    t, r = arc.tangents_meet, arc.shoulder
-    share = np.abs(r - arc.middle).sum() / max(np.abs(t - arc.middle).sum(), 1e-300)
-    return [np.stack([arc.p, t, arc.q]), np.stack([arc.p + share * (t - arc.p), arc.q + share * (t - arc.q)])]
+def _parallel(arc: Arc) -> Floats:
+    """Through R parallel to the chord, as long as it."""
+    return np.stack([arc.p, arc.q]) + (arc.shoulder - arc.middle)
+
+
+def _median(arc: Arc, known: _cell.Cell, around: float) -> Floats:
+    """M, R, T, and S if the window shows it: they lie on one line (proposition 3.3.1.3)."""
+    line = [arc.middle, arc.shoulder, arc.tangents_meet]
+    saddle = known.saddle
+    if saddle is not None and known.shows(saddle[0], around):
+        line.append(saddle[0])
+    return np.stack(line)
 
 
 def _named(known: _cell.Cell, arcs: Sequence[Arc], around: float) -> list[tuple[str, str, Floats, Floats]]:
@@ -236,19 +250,20 @@ def _named(known: _cell.Cell, arcs: Sequence[Arc], around: float) -> list[tuple[
             found.append((f"M{tail}", "middle", arc.middle, inward))
             found.append((f"T{tail}", "tangents", arc.tangents_meet, -inward))
     saddle = known.saddle
-    if saddle is not None:
-        at = saddle[0]
-        low, high = known.low - around * known.size, known.high + around * known.size
-        if ((at >= low) & (at <= high)).all():
-            found.append(("S", "saddle", at, np.array([1.0, -1.0])))
-    return found
+    if saddle is not None and known.shows(saddle[0], around):
+        found.append(("S", "saddle", saddle[0], np.array([1.0, -1.0])))
+    return [*found, ("C", "centre", known.place(0.5, 0.5), np.array([1.0, 1.0]))]
 
 
-ROLES = ("crossing", "shoulder", "middle", "tangents", "saddle")
+ROLES = ("crossing", "shoulder", "middle", "tangents", "saddle", "centre")
 
 
-def _points(draw: _Drawing, known: _cell.Cell, arcs: Sequence[Arc], around: float) -> Geometry:
-    named = _named(known, arcs, around)
+def _points(draw: _Drawing, there: Sequence[tuple[str, str, Floats, Floats]], wanted: str) -> Geometry:
+    letters = wanted.split()
+    odd = [w for w in letters if w not in "PQRMTSC"]
+    if odd:
+        raise ValueError(f"there is no point {odd[0]!r} in a cell: points are P, Q, R, M, T, S and C, with spaces between")
+    named = [one for one in there if one[0][0] in letters]
     at = points_of(np.array([p for _, _, p, _ in named]).reshape(-1, 2))
     return Geometry(
         points=at,
@@ -267,7 +282,8 @@ def _points(draw: _Drawing, known: _cell.Cell, arcs: Sequence[Arc], around: floa
 
 def _corners(draw: _Drawing, known: _cell.Cell, unit: str, here: Accuracy) -> Geometry:
     places = np.array([known.place(u, v) for v in (0, 1) for u in (0, 1)])
-    words = [f"{f:.6g}".replace("-", "−") for f in known.f]
+    side = ["above" if f >= known.level else "below" for f in known.f]
+    words = [f"{f:.6g}, {which}".replace("-", "−") for f, which in zip(known.f, side, strict=True)]
     middle = known.place(0.5, 0.5)
     return Geometry(
         points=points_of(places),

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from modules.api import Accuracy, Annotated, Cells, Field, Geometry, Literal, Model, Progress, Range, mapper
-from modules.kernels.contour import ContourLines
 from modules.mappers._contour_accuracy import joins_at_risk, position, too_thin
 from modules.mappers._plane import Drawn, plane_of
+
+if TYPE_CHECKING:
+    from modules.kernels.contour import ContourLines
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

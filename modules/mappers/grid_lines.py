@@ -65,15 +65,24 @@ def grid_lines(samples: Samples, *, every: Annotated[int, Range(1, 100)] = 1) ->
     accuracy = Accuracy(kept, samples.accuracy.missing, (), samples.accuracy.ended).end_from(samples.accuracy, why)
     rule = "through the positions of the samples [grid-lines/1]"
     unit = grid.frame.units[0] if len(set(grid.frame.units[: grid.dimensions])) == 1 else ""
+    whole = exactly(f"Lines of the {grid.kind} grid", "mapping", len(points), quantity="position", unit=unit, rule=rule)
     return Geometry(
         points=points,
         lines=lines,
-        values={"axis": Field(axis, "cell")},
+        values={"axis": Field(axis, "cell"), **_sampled(samples)},
         frame=grid.frame,
         name=samples.name,
         time=samples.time,
-        accuracy=accuracy.add(exactly("Grid lines", "mapping", len(points), quantity="position", unit=unit, rule=rule)),
+        accuracy=accuracy.add(whole),
     )
+
+
+def _sampled(samples: Samples) -> dict[str, Field]:
+    """The values of the samples, to colour their positions by."""
+    if samples.components != 1:
+        return {}
+    name = samples.name if samples.name not in ("", "axis") else "value"
+    return {name: Field(np.asarray(samples.values, float).ravel(), "point", samples.unit)}
 
 
 def _lattice(shape: tuple[int, ...], every: int) -> tuple[Cells, Ints]:
