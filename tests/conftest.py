@@ -48,8 +48,19 @@ def nonius(capsys: pytest.CaptureFixture[str]) -> Callable[..., Said]:
 
 
 def node(name: str, module: str, **parameters: Any) -> dict[str, Any]:
-    """A node as a network file has it."""
-    return {"id": name, "module": module, "parameters": parameters}
+    """A node as a network file has it; of the version that is here."""
+    return {"id": name, "module": module, "version": versions()[module], "parameters": parameters}
+
+
+@functools.cache
+def versions() -> dict[str, int]:
+    """Module -> version."""
+    from app.engine.catalogue import Catalogue
+
+    catalogue = Catalogue()
+    catalogue._rooms = True
+    catalogue.reload()
+    return {record.id: record.version for record in catalogue}
 
 
 def network(*nodes: dict[str, Any], wires: tuple[str, ...] = ()) -> str:
@@ -57,12 +68,20 @@ def network(*nodes: dict[str, Any], wires: tuple[str, ...] = ()) -> str:
     return json.dumps({"format": "nonius-network", "schema": 1, "nodes": nodes, "wires": wires})
 
 
-LINES = (
-    node("model", "modellers.interpolate.interpolate"),
-    node("contour", "mappers.contour.contour", levels=[0.25]),
-)
+def lines() -> tuple[dict[str, Any], ...]:
+    """From samples to contour lines."""
+    return (
+        node("model", "modellers.interpolate.interpolate"),
+        node("contour", "mappers.contour.contour", levels=[0.25]),
+    )
+
+
+def seen() -> tuple[dict[str, Any], ...]:
+    """From contour lines to a view."""
+    return node("lines", "renderers.lines.lines"), node("view", "renderers.view.view", title="A peak, é")
+
+
 WIRES = ("field.samples -> model.samples", "model.model -> contour.model")
-SEEN = (node("lines", "renderers.lines.lines"), node("view", "renderers.view.view", title="A peak, é"))
 SEEN_WIRES = ("contour.lines -> lines.geometry", "lines.layer -> view.layers[0]")
 
 
@@ -71,7 +90,7 @@ def small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """small.json in an empty current folder: contour lines of a formula, no view."""
     path = tmp_path / "small.json"
     field = node("field", "readers.analytic.analytic", samples=[17, 17], noise=0.01)
-    path.write_text(network(field, *LINES, wires=WIRES), "utf-8")
+    path.write_text(network(field, *lines(), wires=WIRES), "utf-8")
     monkeypatch.chdir(tmp_path)
     return path
 
@@ -98,7 +117,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     y, x = np.mgrid[-1:1:17j, -1:1:17j]
     np.save(folder / "heights.npy", np.exp(-3 * (x**2 + y**2)))
     field = node("field", "readers.elevation.elevation", path="heights.npy")
-    nodes = (field, *LINES, *SEEN)
+    nodes = (field, *lines(), *seen())
     (folder / "peak.json").write_text(network(*nodes, wires=(*WIRES, *SEEN_WIRES)), "utf-8")
     with pytest.MonkeyPatch.context() as patch:
         draw_little(patch)
