@@ -34,6 +34,9 @@ __all__ = ["Bar", "Block", "Entry", "Legend", "Swatch", "legend"]
 
 Check = Callable[[float], object]
 
+LONG = 90
+"""Letters of a flag's sentence from which only its first part stands in a legend."""
+
 IN_WORDS: Mapping[str, str] = MappingProxyType({"kappa": "slope too small for the error"})
 """Names of flags that mean nothing to who has not read the theory."""
 
@@ -280,12 +283,19 @@ def _unique(missing: Iterator[Missing]) -> list[Missing]:
 
 
 def _flags(layers: Sequence[Layer]) -> tuple[str, ...]:
-    """Each kind of flag with the number of its places; the same flag on two layers counts once."""
+    """Flags on the whole in their own words; of others each kind with the number of its places, equal ones once."""
     seen: dict[int, Flag] = {id(f): f for a in _accuracies(layers) for f in a.flags}
+    whole = dict.fromkeys(_short(f.words) for f in seen.values() if f.items is None)
     counts: dict[str, int] = {}
     for flag in seen.values():
-        counts[flag.name] = counts.get(flag.name, 0) + (flag.count if flag.items is not None else 0)
-    return tuple(f"{IN_WORDS.get(name, name)}: {numbers.plural(n, 'place')}" if n else name for name, n in counts.items())
+        if flag.items is not None:
+            counts[flag.name] = counts.get(flag.name, 0) + flag.count
+    return (*whole, *(f"{IN_WORDS.get(name, name)}: {numbers.plural(n, 'place')}" for name, n in counts.items()))
+
+
+def _short(words: str) -> str:
+    """The part of a sentence before its details."""
+    return words.split(";")[0].split(" (")[0] if len(words) > LONG else words
 
 
 def _footer(entries: Sequence[Entry], k: float) -> str:

@@ -179,7 +179,9 @@ def test_flags_are_counted_and_the_same_one_on_two_layers_counts_once() -> None:
     risk = Flag("saddle close to a level", "a sentence", "point", np.arange(24))
     whole = Flag("unproven", "a sentence")
     one, two = line(Accuracy(flags=(risk, whole))), line(Accuracy(flags=(risk,)))
-    assert legend(scene(one, two)).flags == ("saddle close to a level: 24 places", "unproven")
+    assert legend(scene(one, two)).flags == ("a sentence", "saddle close to a level: 24 places")
+    long = Flag("assumed", "what is on the whole is told in its own words (set 'lengths'); " + "and details are left out " * 5)
+    assert legend(scene(line(Accuracy(flags=(long,))))).flags == ("what is on the whole is told in its own words",)
 
 
 def test_a_combined_error_that_is_shown_covers_its_terms() -> None:

@@ -95,8 +95,8 @@ def local_plane(longitude: Floats, latitude: Floats) -> tuple[Floats, Floats, st
         f"x and y from longitude {west:.5f}, latitude {south:.5f}"
     )
     words = (
-        f"degrees were brought to metres with the scale of the middle latitude: lengths east are wrong by up to "
-        f"{along:.2%} at the edges of the map, lengths north by up to {upwards:.3%}"
+        f"on a local plane lengths are off by up to {max(along, upwards):.2%}; degrees were brought to metres by the scale "
+        f"of the middle latitude: lengths east are off by up to {along:.2%} at the edges of the map, north by up to {upwards:.3%}"
     )
     flag = Flag("local plane", words, "point", None, np.array([max(along, upwards)]))
     return (longitude - west) * east_scale, (latitude - south) * north_scale, crs, flag, (east_scale, north_scale)

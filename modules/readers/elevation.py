@@ -278,7 +278,7 @@ def _flags(raw: Raw, values: NDArray[np.float64], spaced: bool, turned: bool) ->
         assumed.append(f"the first row is the {edge} edge (set 'rows' if it is not)")
     if raw.x is None and not spaced:
         assumed.append("samples lie 1 apart (set 'spacing' if they do not)")
-    flags = [Flag("assumed", "the file does not say it, so it was taken that " + "; that ".join(assumed))] if assumed else []
+    flags = [Flag("assumed", "the file does not say it, so it was assumed that " + "; that ".join(assumed))] if assumed else []
     finite = values[np.isfinite(values)]
     if finite.size > 1 and finite.min() == finite.max():
         flags.append(Flag("constant", f"all values are {finite[0]:g}: there is nothing to see in this file"))

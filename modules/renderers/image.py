@@ -52,6 +52,7 @@ def image(
     light : slopes are taken so many times as steep for the light; automatic: so that most are below 40 degrees. The
         factor stands in the legend
     interpolate : between samples; off shows each sample as a box of its own
+    opacity : 1 covers what lies below, 0 shows nothing of the layer
     title : for the legend; automatic: name of the values, and the light
 
     Raises

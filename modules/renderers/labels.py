@@ -10,6 +10,12 @@ from modules.api import Annotated, Choice, Geometry, LabelLook, Layer, Range, Te
 from modules.data.operators import Floats
 from modules.renderers import _titles
 
+SPAN = 0.2
+"""Part of the distance of labels over which a line is looked at for how straight it runs."""
+
+MOST_BENT = 1.6
+"""A line this many times longer than its chord carries no label there."""
+
 
 @renderer("Labels", aliases=("annotation", "level labels", "contour labels", "text"), output="layer")
 def labels(
@@ -94,8 +100,8 @@ def places(line: Floats, apart: float) -> list[tuple[float, Floats, Floats, floa
     marks = np.linspace(0, total, stretches + 1)
     found = []
     for low, high in pairwise(marks):
-        tries = [_at(line, run, s, 0.12 * apart) for s in np.linspace(low, high, 11)[1:-1]]
-        found += sorted(tries, key=lambda t: t[0])[:2]
+        tries = [_at(line, run, s, SPAN * apart) for s in np.linspace(low, high, 11)[1:-1]]
+        found += sorted((t for t in tries if t[0] < MOST_BENT), key=lambda t: t[0])[:2]
     return found
 
 

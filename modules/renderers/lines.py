@@ -47,6 +47,8 @@ def lines(
     scale : of the colours
     low, high : ends of the colours; automatic: those of the values
     major : every so-many-th level is drawn thicker; 0 for none
+    dashed : broken lines, for what is construction and not data
+    opacity : 1 covers what lies below, 0 shows nothing of the layer
     title : for the legend; automatic: what the lines are, such as "Contour lines every 100 m"
 
     Raises

@@ -32,6 +32,7 @@ def points(
     map : values (cividis), errors (clay to ember) or greys
     scale : of the colours
     low, high : ends of the colours; automatic: those of the values
+    opacity : 1 covers what lies below, 0 shows nothing of the layer
     title : for the legend; automatic: nothing for points that show an error, since the error's own words stand there
 
     Raises

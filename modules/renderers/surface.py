@@ -37,6 +37,8 @@ def surface(
     relief : light from the north-west at 45 degrees, as on a map, however the surface is turned
     light : slopes are taken so many times as steep for the light of the relief; the shape stays as it is
     smooth : light runs on over the edges of polygons
+    edges : whether the edges of the polygons are drawn
+    opacity : 1 covers what lies below, 0 shows nothing of the layer
     title : for the legend; automatic: what the surface is, such as "Surface at level 0.5"
 
     Raises

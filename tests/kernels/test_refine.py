@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from modules.kernels import arcs, contour, refine
 
 
-def field(seed: int, n: int = 12) -> np.ndarray:  # type: ignore[type-arg]  # floats
+def field(seed: int, n: int = 12) -> NDArray[np.float64]:
     return np.random.default_rng(seed).normal(size=(n, n))
 
 
-def step(lines: contour.ContourLines) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]  # floats
+def step(lines: contour.ContourLines) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     cut = np.ones(len(lines.points) - 1, bool)
     cut[lines.offsets[1:-1] - 1] = False
     d = np.diff(lines.points, axis=0)[cut]

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from modules.kernels import contour, triangles
 
 
-def mesh(seed: int, n: int = 60) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]  # floats, ints
+def mesh(seed: int, n: int = 60) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     nodes = np.random.default_rng(seed).uniform(0, 1, (n, 2))
     return nodes, Delaunay(nodes).simplices.astype(np.int64)
 
@@ -89,7 +90,7 @@ def test_four_triangles_is_wrong_in_the_cell_of_the_thesis() -> None:
     right = contour.lines(values, axis, axis, 17.6)
     wrong = triangles.four_triangles(values, axis, axis, 17.6)
     pairs = [
-        sorted(tuple(np.round(lines.points[i], 6)) for i in (lines.offsets[0], lines.offsets[1] - 1)) for lines in (right, wrong)
+        sorted(tuple(np.round(one.points[i], 6)) for i in (one.offsets[0], one.offsets[1] - 1)) for one in (right, wrong)
     ]
     assert pairs[0] != pairs[1]
     assert len(wrong.offsets) == len(right.offsets) == 3
@@ -104,7 +105,7 @@ def test_four_triangles_equals_contourpy() -> None:
     theirs = contourpy.contour_generator(x, y, values, quad_as_tri=True).lines(0.1)
     assert len(ours.offsets) - 1 == len(theirs)
 
-    def length(lines: list[np.ndarray]) -> float:  # type: ignore[type-arg]  # floats
+    def length(lines: list[NDArray[np.float64]]) -> float:
         return float(sum(np.hypot(*np.diff(p, axis=0).T).sum() for p in lines))
 
     assert length(np.split(ours.points, ours.offsets[1:-1])) == pytest.approx(length(theirs), rel=1e-12)
