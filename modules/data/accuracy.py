@@ -233,24 +233,42 @@ def unknown(why: str) -> Accuracy:
 
 
 def accuracies(value: Any) -> Iterator[Accuracy]:
-    """Every accuracy inside a wire value, a list of them, or a table of outputs."""
-    if isinstance(value, Accuracy):
-        yield value
-    elif isinstance(value, Mapping):
-        for inner in value.values():
-            yield from accuracies(inner)
-    elif isinstance(value, list | tuple):
-        for inner in value:
-            yield from accuracies(inner)
-    elif is_dataclass(value) and not isinstance(value, type):
-        for f in fields(value):
-            yield from accuracies(getattr(value, f.name))
+    """Every accuracy inside a wire value, a list of them, or a table of outputs, in the order in which they stand."""
+    waiting = [value]
+    while waiting:
+        one = waiting.pop()
+        kind = type(one)
+        if kind is Accuracy:
+            yield one
+        elif kind in _LEAVES:
+            continue
+        elif isinstance(one, Mapping):
+            waiting.extend(reversed(list(one.values())))
+        elif isinstance(one, list | tuple):
+            waiting.extend(reversed(one))
+        else:
+            waiting.extend(getattr(one, name) for name in _names(kind))
+
+
+_LEAVES = frozenset({np.ndarray, str, bytes, int, float, bool, complex, type(None)})
+
+
+_NAMES: dict[type, tuple[str, ...]] = {}
+
+
+def _names(kind: type) -> tuple[str, ...]:
+    """Fields of a dataclass, the last first; none for other types."""
+    if kind not in _NAMES:
+        _NAMES[kind] = tuple(f.name for f in reversed(fields(kind))) if is_dataclass(kind) else ()
+    return _NAMES[kind]
 
 
 def replace_accuracies(value: T, function: Callable[[Accuracy], Accuracy]) -> T:
     """The wire value with each accuracy inside it passed through `function`; what holds none is returned as it is."""
     if isinstance(value, Accuracy):
         return function(value)  # type: ignore[return-value]  # T is Accuracy here
+    if type(value) in _LEAVES:
+        return value
     if isinstance(value, list | tuple) and any(True for _ in accuracies(value)):
         inner = [replace_accuracies(v, function) for v in value]
         return type(value)(*inner) if hasattr(value, "_fields") else type(value)(inner)
