@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
 from modules.api import Annotated, Choice, ColourMap, Geometry, Layer, Literal, Range, SurfaceLook, renderer
 from modules.renderers import _colours, _titles
 
@@ -33,7 +38,8 @@ def surface(
     colour_by : values that give the colour
     map : values (cividis), errors (clay to ember) or greys
     scale : of the colours
-    low, high : ends of the colours; automatic: those of the values
+    low, high : ends of the colours; automatic: those of the values, and on bands those of the bands, whose borders then lie
+        between two colours
     relief : light from the north-west at 45 degrees, as on a map, however the surface is turned
     light : slopes are taken so many times as steep for the light of the relief; the shape stays as it is
     smooth : light runs on over the edges of polygons
@@ -53,6 +59,11 @@ def surface(
     if light <= 0:
         raise ValueError(f"slopes {light:g} times as steep have no light: give a number above zero")
     chosen = colours or _colours.colour_map(map, scale=scale)
+    borders = _borders(geometry)
+    if len(borders) and colour_by == "level" and low is None and high is None:
+        low, high = float(borders[0]), float(borders[-1])
+        if np.allclose(np.diff(borders), borders[1] - borders[0], rtol=1e-6) and chosen.scale == "linear" and len(borders) > 2:
+            chosen = replace(chosen, steps=len(borders) - 1)
     look = SurfaceLook(
         colour=colour,
         colouring=_colours.by_field(geometry, colour_by, chosen, low, high),
@@ -62,5 +73,24 @@ def surface(
         relief=relief,
         light=light,
     )
-    words = title or _titles.of_surface(geometry, relief, light)
+    words = title or _title(geometry, borders, relief, light)
     return Layer(shape=geometry, look=look, title=words, shows=geometry.shows, accuracy=geometry.accuracy)
+
+
+def _borders(geometry: Geometry) -> NDArray[np.float64]:
+    """The levels between which a geometry's bands lie, if these follow one on the other; else none."""
+    if not {"band", "low", "high"} <= set(geometry.values):
+        return np.zeros(0)
+    low, high = (np.unique(np.asarray(geometry.values[name].values, float)) for name in ("low", "high"))
+    if not len(low) or not np.isfinite([low[0], high[-1]]).all() or not np.array_equal(low[1:], high[:-1]):
+        return np.zeros(0)
+    return np.append(low, high[-1])
+
+
+def _title(geometry: Geometry, borders: NDArray[np.float64], relief: bool, light: float) -> str:
+    if not len(borders):
+        return _titles.of_surface(geometry, relief, light)
+    widths = np.diff(borders)
+    if len(widths) > 1 and np.allclose(widths, widths[0], rtol=1e-6):
+        return f"Bands of {_titles.with_unit(_titles.number(round(float(widths[0]), 12)), geometry.values['low'].unit)}"
+    return f"Bands between {len(borders)} levels"

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from modules.api import EXACT, Missing, Samples, bound
+from modules.api import EXACT, Frame, Missing, Model, Samples, bound, deviation
 from modules.mappers.elevation import elevation
 from modules.modellers.interpolate import interpolate
 
 VALUES = np.random.default_rng(0).normal(size=(5, 6))
-
 
 
 def test_heights_and_faces() -> None:
@@ -62,3 +61,47 @@ def test_holes_leave_holes() -> None:
 def test_volumes_are_refused() -> None:
     with pytest.raises(ValueError, match="two-dimensional"):
         elevation(interpolate(Samples.from_array(np.zeros((3, 3, 3)), accuracy=EXACT)))
+
+
+def other(**words: object) -> Model:
+    """A field of another grid over the same plane."""
+    y, x = np.mgrid[0:9, 0:11] * 1.0
+    words = {"name": "slope", "unit": "deg", "accuracy": EXACT.add(deviation("angle", 0.2, 99, unit="deg")), **words}
+    return interpolate(Samples.from_array(x + 10 * y, spacing=(0.5, 0.5), **words))  # type: ignore[arg-type]  # any words
+
+
+def test_another_field_gives_values_by_its_name_and_its_errors() -> None:
+    accuracy = EXACT.add(bound("b", 0.5, 30))
+    model = interpolate(Samples.from_array(VALUES, name="h", unit="m", accuracy=accuracy))
+    colour = other()
+    shape = elevation(model, colour, scale=3.0)
+    assert set(shape.values) == {"h", "slope"}
+    assert shape.values["slope"].unit == "deg"
+    x, y = shape.points[:, 0], shape.points[:, 1]
+    assert np.allclose(shape.values["slope"].values, 2 * x + 20 * y)
+    kinds = {(t.name, t.quantity): t for t in shape.accuracy.terms}
+    assert np.allclose(kinds["angle", "value"].size(), 0.2)  # at a sample of its own grid
+    assert np.allclose(kinds["b", "position"].size(), 1.5)
+    assert kinds["angle", "value"].unit == "deg"
+    assert {t.id for t in (*model.accuracy.terms, *colour.accuracy.terms)} <= shape.accuracy.accounted()
+    assert np.array_equal(shape.points, elevation(model, scale=3.0).points)
+
+
+def test_a_field_of_the_same_data_is_known_as_the_same_source() -> None:
+    model = interpolate(Samples.from_array(VALUES, name="h", accuracy=EXACT.add(bound("b", 0.5, 30)).miss(Missing("survey"))))
+    shape = elevation(model, model)
+    assert set(shape.values) == {"h", "h (colour)"}
+    assert np.array_equal(shape.values["h"].values, shape.values["h (colour)"].values)
+    assert [t.quantity for t in shape.accuracy.terms if t.name == "b"] == ["position", "value"]
+    assert len({t.id for t in shape.accuracy.terms if t.name == "b"}) == 1
+    assert shape.accuracy.missing == (Missing("survey"),)
+
+
+def test_another_field_must_cover_the_plane() -> None:
+    model = interpolate(Samples.from_array(VALUES, spacing=(2, 2), accuracy=EXACT))
+    with pytest.raises(ValueError, match="outside the grid"):
+        elevation(model, other())
+    with pytest.raises(ValueError, match="another frame"):
+        elevation(model, other(frame=Frame(units=("m", "m", "m"))))
+    with pytest.raises(ValueError, match="take a slice"):
+        elevation(model, interpolate(Samples.from_array(np.zeros((2, 20, 20)), accuracy=EXACT)))
