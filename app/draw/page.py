@@ -169,17 +169,18 @@ def scale_bar(pen: Pen, plot: Rect, view: Box, frame: Frame, cell: float | None,
 
 
 def _bar_of(pen: Pen, span: float, across: float, unit: str, cell: float | None) -> tuple[float, str]:
-    """The shortest round length under whose bar its words have room, and the words."""
+    """The shortest round length under whose bar its words have room, and the words; the cells are left out of narrow maps."""
     power = 10.0 ** math.floor(math.log10(0.05 * span))
-    length, words = span, ""
-    for length in (m * power for m in (1.0, 2.0, 5.0, 10.0, 20.0)):
-        shown, by = numbers.display_unit(unit, 5 * length)
-        words = numbers.with_unit(numbers.labels([length / by])[0], shown)
-        if cell:
-            words += f", {numbers.significant(length / cell, 3)}{numbers.SPACE}cells"
-        if length * across >= pen.extent(f"0     {words}", 10.5)[0]:
-            break
-    return length, words
+    lengths = [m * power for m in (1.0, 2.0, 5.0, 10.0, 20.0, 50.0) if m * power <= 0.8 * span]
+    for cells in (cell, None):
+        for length in lengths:
+            shown, by = numbers.display_unit(unit, 5 * length)
+            words = numbers.with_unit(numbers.labels([length / by])[0], shown)
+            if cells:
+                words += f", {numbers.significant(length / cells, 3)}{numbers.SPACE}cells"
+            if length * across >= pen.extent(f"0     {words}", 10.5)[0]:
+                return length, words
+    return lengths[-1], words
 
 
 def corner_words(pen: Pen, plot: Rect, corner: str, lines: tuple[str, ...], size: float, role: str) -> None:
