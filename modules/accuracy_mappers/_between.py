@@ -171,12 +171,13 @@ def convex_parts(ring: Floats) -> list[Floats]:
 
 
 def _is_ear(ring: Floats, i: int) -> bool:
-    """Whether no other corner lies within the triangle at a corner."""
+    """Whether no other corner lies within the triangle at a corner, or on the cut."""
     n = len(ring)
     a, b, c = ring[i - 1], ring[i], ring[(i + 1) % n]
     others = np.delete(ring, [(i - 1) % n, i, (i + 1) % n], axis=0)
     inside = np.ones(len(others), bool)
     for p, q in ((a, b), (b, c), (c, a)):
         side = q - p
-        inside &= side[0] * (others[:, 1] - p[1]) - side[1] * (others[:, 0] - p[0]) > 0
+        left = side[0] * (others[:, 1] - p[1]) - side[1] * (others[:, 0] - p[0])
+        inside &= (left >= 0) if p is c else (left > 0)
     return not inside.any()

@@ -29,10 +29,7 @@ from modules.api import (
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SOURCE = Source(
-    "Difference of two contourings", "mapping", "exact", "area of the polygons between matched arcs; Lopes 1999, figure 3.7 "
-    "[difference-area/1]",
-)  # fmt: skip
+RULE = "area of the polygons between matched arcs; Lopes 1999, figure 3.7 [difference-area/1]"
 WHY = "what lies between two drawings says how they differ, not how far either may be trusted"
 
 
@@ -54,7 +51,9 @@ class Piece(NamedTuple):
 
 
 @accuracy_mapper("Difference of contours", aliases=("compare contours", "between lines", "method difference"))
-def difference(first: Geometry, second: Geometry, progress: Progress) -> Difference:
+def difference(
+    first: Geometry, second: Geometry, progress: Progress, *, called: str = "Difference of two contourings"
+) -> Difference:
     """Filled polygons between two contourings of one field at the same levels, arc by arc.
 
     Arcs are matched by level, grid cell and end points. Where the two join the ends of a cell in another way, what lies
@@ -63,6 +62,7 @@ def difference(first: Geometry, second: Geometry, progress: Progress) -> Differe
     Parameters
     ----------
     first, second : contour lines of one model at the same levels, by two methods
+    called : what legends call it; two differences in one picture need two names
 
     Raises
     ------
@@ -88,7 +88,7 @@ def difference(first: Geometry, second: Geometry, progress: Progress) -> Differe
         pieces += _filled(*matched, *key, factor)
     if len(lost) > len(groups) / 2:
         raise ValueError(f"in {len(lost)} of {len(groups)} cells the arcs have other ends: wire two contourings of one model")
-    own = _accuracy(pieces, unit).flag(*_flags(pieces, lost))
+    own = _accuracy(pieces, unit, called).flag(*_flags(pieces, lost))
     ended = own.end_from(first.accuracy, WHY).end_from(second.accuracy, WHY)
     ended = ended.miss(*first.accuracy.missing, *second.accuracy.missing)
     return Difference(_shape(first, pieces, unit, ended), _table(pieces, unit, ended))
@@ -122,9 +122,10 @@ def _filled(same: list[Floats], other: list[Floats], level: float, cell: int, fa
                         yield Piece(part, area, level, cell, joined)
 
 
-def _accuracy(pieces: list[Piece], unit: str) -> Accuracy:
+def _accuracy(pieces: list[Piece], unit: str, called: str) -> Accuracy:
+    source = Source(called, "mapping", "exact", RULE)
     area = np.array([p.area for p in pieces])
-    return Accuracy((Term(SOURCE, "metric", "area", unit, area, Identity(len(area)), "cell"),))
+    return Accuracy((Term(source, "metric", "area", unit, area, Identity(len(area)), "cell"),))
 
 
 def _flags(pieces: list[Piece], lost: list[int]) -> list[Flag]:
@@ -152,7 +153,7 @@ def _shape(first: Geometry, pieces: list[Piece], unit: str, accuracy: Accuracy) 
             "level": Field(np.array([p.level for p in pieces], float), "cell", first.values["level"].unit),
             "joined in another way": Field(np.array([not p.joined for p in pieces], np.int64), "cell"),
         },
-        shows=(Shown(SOURCE.name, "area"),),
+        shows=(Shown(accuracy.terms[0].name, "area"),),
         cell=first.cell,
         frame=first.frame,
         name=first.name,

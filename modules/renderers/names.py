@@ -21,14 +21,14 @@ def names(
     apart: Annotated[float, Range(0, 0.2)] = 0.03,
     title: str = "",
 ) -> Layer:
-    """A name beside each point; or, where points have none, the name of the shape above its middle.
+    """A name beside each point; or the name of the shape above its middle.
 
     Parameters
     ----------
     by : values of the points that are written; "" writes the name of the shape
     size : of the text, in pixels at 100 %
     colour : a role or "#rrggbb"
-    apart : distance of a name from its point, as a share of the shape's width
+    apart : distance of a name from its point, as a share of the shape's width (of a cell, if that is more)
     title : for the legend; nothing by default
 
     Raises
@@ -78,5 +78,6 @@ def _word(value: object) -> str:
 
 
 def _width(geometry: Geometry) -> float:
+    """Of the shape, or of one cell where its points lie closer together than that."""
     bounds = geometry.bounds
-    return max(bounds[1] - bounds[0], bounds[3] - bounds[2]) if bounds else 0.0
+    return max(bounds[1] - bounds[0], bounds[3] - bounds[2], geometry.cell or 0.0) if bounds else 0.0
