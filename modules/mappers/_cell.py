@@ -53,7 +53,7 @@ class Arc:
         return self._between(2 * self.bend)
 
     def _between(self, bend: float) -> Floats:
-        share = kernels.arcs.shoulder_share(bend)
+        share = kernels.arcs.shoulder_share(bend) if abs(bend) < kernels.arcs.TURN else 0.0
         d = self.q - self.p
         if bend > 0:
             return np.array([self.p[0] + share * d[0], self.q[1] - share * d[1]])

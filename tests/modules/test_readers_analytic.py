@@ -87,3 +87,48 @@ def test_nonsense_is_refused_with_a_sentence(more: dict[str, Any], sentence: str
 
 def test_every_parameter_has_its_words() -> None:
     assert all(p.words for p in record_of(analytic).parameters)
+
+
+@pytest.mark.parametrize("grid", ["rectilinear", "curvilinear", "triangles"])
+def test_other_grids_fill_the_same_box_with_as_many_samples(grid: Any) -> None:
+    box: dict[str, Any] = {"low": (1.0, -2.0), "high": (4.0, 3.0), "samples": (9, 7)}
+    got = analytic(formula="x + 10*y", grid=grid, lengths="km", **box)
+    assert got.grid.kind == {"triangles": "unstructured"}.get(grid, grid)
+    assert got.grid.count == 63 and got.grid.dimensions == 2 and got.grid.frame.units[0] == "km"
+    np.testing.assert_allclose(got.grid.bounds, (1, 4, -2, 3, 0, 0), atol=1e-12)
+    x, y, _ = got.grid.points().T
+    np.testing.assert_allclose(got.values.ravel(), x + 10 * y, rtol=1e-14)
+    assert np.array_equal(analytic(formula="x", grid=grid, **box).grid.points(), got.grid.points())
+    assert got.accuracy.rigour() == "exact"
+    noisy = analytic(grid=grid, noise=0.1, **box)
+    assert noisy.accuracy.terms[1].count == 63
+
+
+def test_bent_cells_turn_the_right_way_and_volumes_bend_in_the_plane() -> None:
+    nodes = analytic(grid="curvilinear", samples=(9, 5)).grid.points().reshape(5, 9, 3)
+    u, v = np.diff(nodes, axis=1)[:-1], np.diff(nodes, axis=0)[:, :-1]
+    assert (u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0] > 0).all()
+    solid = analytic(formula="z", grid="curvilinear", low=(0, 0, 5), high=(1, 1, 7), samples=(4, 3, 5))
+    assert solid.grid.shape == (5, 3, 4)
+    np.testing.assert_allclose(np.unique(solid.values), np.linspace(5, 7, 5))
+
+
+def test_triangles_turn_one_way_and_fill_the_box() -> None:
+    from modules.api import Unstructured
+
+    grid = analytic(grid="triangles", low=(0, 0), high=(3, 2), samples=(9, 8)).grid
+    assert isinstance(grid, Unstructured)
+    p, q, r = grid.nodes[grid.connectivity.reshape(-1, 3)].transpose(1, 0, 2)
+    area = 0.5 * ((q - p)[:, 0] * (r - p)[:, 1] - (q - p)[:, 1] * (r - p)[:, 0])
+    assert (area > 0).all() and area.sum() == pytest.approx(6.0)
+
+
+def test_a_rectilinear_axis_is_denser_towards_its_ends() -> None:
+    step = np.diff(np.unique(analytic(grid="rectilinear", samples=(12, 3)).grid.points()[:, 0]))
+    assert step.argmax() == 5 and step[0] == pytest.approx(step[-1]) and step.max() > 3 * step.min()
+
+
+@pytest.mark.parametrize(("grid", "samples"), [("curvilinear", (5,)), ("triangles", (5,)), ("triangles", (4, 4, 4))])
+def test_a_grid_that_does_not_bend_is_told(grid: Any, samples: tuple[int, ...]) -> None:
+    with pytest.raises(ValueError, match=f"kind {grid} needs two"):
+        analytic(formula="x", low=(0, 0, 0), high=(1, 1, 1), samples=samples, grid=grid)
