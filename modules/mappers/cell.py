@@ -243,10 +243,10 @@ def _named(known: _cell.Cell, arcs: Sequence[Arc], around: float) -> list[tuple[
     for i, arc in enumerate(arcs):
         tail = _cell.SUBSCRIPTS[i + 1 if len(arcs) > 1 else 0]
         middle = known.place(0.5, 0.5)
-        found += [(f"{name}{tail}", "crossing", at, middle - at) for name, at in (("P", arc.p), ("Q", arc.q))]
+        found += [(f"{name}{tail}", "crossing", at, at - middle) for name, at in (("P", arc.p), ("Q", arc.q))]
         if not arc.straight:
             inward = arc.middle - arc.tangents_meet
-            found.append((f"R{tail}", "shoulder", arc.shoulder, np.array([-inward[1], inward[0]])))
+            found.append((f"R{tail}", "shoulder", arc.shoulder, inward + 0.8 * np.array([-inward[1], inward[0]])))
             found.append((f"M{tail}", "middle", arc.middle, inward))
             found.append((f"T{tail}", "tangents", arc.tangents_meet, -inward))
     saddle = known.saddle

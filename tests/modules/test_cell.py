@@ -151,13 +151,14 @@ def test_a_cell_of_a_model_lies_where_it_lies_there() -> None:
     accuracy = EXACT.add(bound("rounding", np.arange(35.0), 35, unit="K"))
     model = interpolate(Samples.from_array(values, axes=axes, frame=frame, unit="K", accuracy=accuracy))
     got = cell(model, row=2, column=3, level=float(values[2:4, 3:5].mean()))
-    assert got.outline.bounds == (4, 6, 3, 7, 0, 0)
+    assert got.outline.bounds == pytest.approx((4, 6, 3, 7, 0, 0))
     assert got.corners.values["value"].values.tolist() == values[2:4, 3:5].ravel().tolist()
     for line in got.hyperbola.polylines():
         assert model.at(line)[0] == pytest.approx(np.full(len(line), values[2:4, 3:5].mean()), abs=1e-12)
     rounding = next(t for t in got.corners.accuracy.terms if t.name == "rounding")
     assert rounding.size().tolist() == [17, 18, 24, 25]
-    for part in got:
+    parts: list[Any] = list(got)
+    for part in parts:
         assert part.accuracy.accounted() >= model.accuracy.accounted()
     assert all(part.frame == frame for part in (got.outline, got.hyperbola, got.points, got.corners))
 
