@@ -7,8 +7,11 @@ points: on many columns it compares where a method's lines cross with where the 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +19,9 @@ import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from modules.kernels import contour
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from modules.kernels import arcs, contour  # noqa: E402  run as a script, the path comes first
 
 Floats = npt.NDArray[np.float64]
 Lines = list[Floats]
@@ -137,6 +142,50 @@ def exact_pieces(values: Floats, level: float) -> int:
     return int(connected_components(graph, directed=False)[0]) - 1
 
 
+def pieces_off(kind: str, n: int) -> tuple[int, int]:
+    """(pieces too many or too few, pieces) of our lines on an n^2 grid, at a level that no node has."""
+    random = np.random.default_rng(7)
+    values = {
+        "normal": lambda: random.normal(size=(n, n)),
+        "integers": lambda: random.integers(-2, 3, (n, n)).astype(float),
+        "ratios": lambda: np.exp(3 * random.normal(size=(n, n))) * random.choice([-1.0, 1.0], (n, n)),
+    }[kind]()
+    level = 0.5 if kind == "integers" else 0.1
+    drawn = contour.lines(values, np.arange(float(n)), np.arange(float(n)), level)
+    exact = exact_pieces(values, level)
+    return len(drawn.offsets) - 1 - exact, exact
+
+
+def real_maps() -> dict[str, Floats]:
+    """The elevation data that come with matplotlib."""
+    import matplotlib
+
+    folder = Path(matplotlib.__file__).parent / "mpl-data" / "sample_data"
+    with np.load(folder / "jacksboro_fault_dem.npz") as one, np.load(folder / "topobathy.npz") as two:
+        return {"Jacksboro": one["elevation"].astype(float), "topobathy": two["topo"].astype(float)}
+
+
+def farthest(values: Floats, shoulder: bool) -> float:
+    """The largest distance of a line from the exact contour, in cells, over twenty levels of a map."""
+    x, y = (np.arange(float(n)) for n in reversed(values.shape))
+    reach = 0.0
+    for level in np.linspace(values.min(), values.max(), 22)[1:-1] + 0.25:
+        drawn = contour.lines(values, x, y, float(level), shoulder)
+        keep = np.ones(max(0, len(drawn.points) - 1), bool)
+        keep[drawn.offsets[1:-1] - 1] = False
+        step = np.diff(drawn.points, axis=0)[keep]
+        reach = max(reach, float(arcs.sagitta(step[:, 0], step[:, 1], drawn.bend).max(initial=0.0)))
+    return reach
+
+
+def two_threads(values: Floats, levels: Sequence[float]) -> None:
+    """Our lines of all levels on two threads."""
+    n, m = values.shape
+    x, y = np.arange(float(m)), np.arange(float(n))
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(lambda level: contour.lines(values, x, y, level), levels))
+
+
 def main(arguments: Sequence[str] = ()) -> int:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -162,6 +211,9 @@ def main(arguments: Sequence[str] = ()) -> int:
                 points = sum(len(line) for each in drawn for line in method.lines(each))
                 peer = peer or spent
                 print(f"{kind:7} {size}^2  {name:24} {spent / peer:6.2f} x time, {points:9} points")
+            start = time.perf_counter()
+            two_threads(values, levels)
+            print(f"{kind:7} {size}^2  {'shoulder, 2 threads':24} {(time.perf_counter() - start) / peer:6.2f} x time")
     for kind in ("smooth", "rough"):
         values, level = field(kind, options.judged), 0.1
         basic = wrong_area(values, level, ours(False).lines(ours(False).prepare(values)(level)))
@@ -170,10 +222,13 @@ def main(arguments: Sequence[str] = ()) -> int:
             lines = method.lines(method.prepare(values)(level))
             area = wrong_area(values, level, lines) / basic
             print(f"{kind:7} {options.judged}^2  {name:24} {area:6.3f} x area, {len(lines) - pieces:+6} of {pieces} pieces")
+    for kind in ("normal", "integers", "ratios"):
+        off, pieces = pieces_off(kind, 1001)
+        print(f"{kind:9} 10^6 cells  {off:+d} of {pieces} pieces")
+    for name, values in real_maps().items():
+        print(f"{name:10} farthest from the contour: {farthest(values, True):.3f} cell, one chord {farthest(values, False):.3f}")
     return 0
 
 
 if __name__ == "__main__":
-    import sys
-
     sys.exit(main(sys.argv[1:]))
