@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from modules.kernels import arcs, contour  # noqa: E402  run as a script, the path comes first
+from modules.kernels import arcs, contour
 
 Floats = npt.NDArray[np.float64]
 Lines = list[Floats]
@@ -145,11 +145,12 @@ def exact_pieces(values: Floats, level: float) -> int:
 def pieces_off(kind: str, n: int) -> tuple[int, int]:
     """(pieces too many or too few, pieces) of our lines on an n^2 grid, at a level that no node has."""
     random = np.random.default_rng(7)
-    values = {
-        "normal": lambda: random.normal(size=(n, n)),
-        "integers": lambda: random.integers(-2, 3, (n, n)).astype(float),
-        "ratios": lambda: np.exp(3 * random.normal(size=(n, n))) * random.choice([-1.0, 1.0], (n, n)),
-    }[kind]()
+    if kind == "integers":
+        values: Floats = random.integers(-2, 3, (n, n)).astype(float)
+    else:
+        values = random.normal(size=(n, n))
+    if kind == "ratios":
+        values = np.exp(3 * values) * random.choice([-1.0, 1.0], (n, n))
     level = 0.5 if kind == "integers" else 0.1
     drawn = contour.lines(values, np.arange(float(n)), np.arange(float(n)), level)
     exact = exact_pieces(values, level)
@@ -226,7 +227,8 @@ def main(arguments: Sequence[str] = ()) -> int:
         off, pieces = pieces_off(kind, 1001)
         print(f"{kind:9} 10^6 cells  {off:+d} of {pieces} pieces")
     for name, values in real_maps().items():
-        print(f"{name:10} farthest from the contour: {farthest(values, True):.3f} cell, one chord {farthest(values, False):.3f}")
+        two, one = farthest(values, True), farthest(values, False)
+        print(f"{name:10} farthest from the contour: {two:.3f} cell; one chord a cell {one:.3f}")
     return 0
 
 
