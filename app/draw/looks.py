@@ -197,8 +197,8 @@ def _surface_dress(props: Props, layer: Layer, style: Style) -> None:
     prop, mapper = one.GetProperty(), one.GetMapper()
     prop.SetColor(*rgb(style.theme[look.colour]))
     prop.SetOpacity(look.opacity)
-    prop.SetAmbient(0.22)
-    prop.SetDiffuse(0.86)
+    prop.SetAmbient(0.0 if look.relief else 0.22)  # the light of a relief is in its colours: nothing is added to them
+    prop.SetDiffuse(1.0 if look.relief else 0.86)
     prop.SetSpecular(0.0)
     prop.SetInterpolation(2 if look.smooth else 0)
     prop.SetEdgeVisibility(look.edges)

@@ -34,6 +34,7 @@ its vertices end."""
 @jit
 def fill_rows(
     values: Floats,
+    upper_values: Floats,
     x: Floats,
     y: Floats,
     levels: Floats,
@@ -47,35 +48,46 @@ def fill_rows(
 ) -> None:
     """The polygons of the rows of cells `first` to `stop` of all blocks, counted in `state` and written if there is room.
 
-    `state` is (polygons, vertices) so far; with empty arrays nothing is written.
+    A band has its low border where `values` are on its low level and its high one where `upper_values` are on its high
+    level: one field, or, for a single band, two of which the upper is nowhere larger. `state` is (polygons, vertices) so
+    far; with empty arrays nothing is written.
     """
     rows, nx = values.shape[1] - 1, values.shape[2]
+    one_field = levels[0] < levels[levels.size - 1]
     events, at = np.zeros((4, 12), np.int64), np.zeros(8, np.int64)
-    corner, ring = np.empty(4), np.empty(16 + (4 << MOST_HALVINGS), VERTEX)
+    corner, ring = np.empty((2, 4)), np.empty(16 + (4 << MOST_HALVINGS), VERTEX)
     for line in range(first, stop):
         block, row = line // rows, line % rows
         lower, upper = values[block, row], values[block, row + 1]
+        lower_high, upper_high = upper_values[block, row], upper_values[block, row + 1]
         run = 0
         for i in range(nx - 1):
             if run:
                 run -= 1
                 continue
-            corner[0], corner[1], corner[2], corner[3] = lower[i], lower[i + 1], upper[i + 1], upper[i]
-            least = min(min(corner[0], corner[1]), min(corner[2], corner[3]))
-            most = max(max(corner[0], corner[1]), max(corner[2], corner[3]))
-            if not (corner[0] - corner[0] + corner[1] - corner[1] + corner[2] - corner[2] + corner[3] - corner[3] == 0.0):
+            c, d = corner[0], corner[1]
+            c[0], c[1], c[2], c[3] = lower[i], lower[i + 1], upper[i + 1], upper[i]
+            d[0], d[1], d[2], d[3] = lower_high[i], lower_high[i + 1], upper_high[i + 1], upper_high[i]
+            least = min(min(c[0], c[1]), min(c[2], c[3]))
+            most = max(max(d[0], d[1]), max(d[2], d[3]))
+            if not (c[0] - c[0] + c[1] - c[1] + c[2] - c[2] + c[3] - c[3] + most - most == 0.0):
                 continue
-            band = band_of(levels, least)
+            if one_field:
+                band = band_of(levels, least)
+                whole = band >= 0 and band < levels.size - 1 and most < levels[band + 1]
+            else:
+                band, whole = 0, least >= levels[0] and most < levels[1]
             place = (line * (nx - 1) + i, (block * (rows + 1) + row) * nx + i, nx, values.size)
-            if band >= 0 and band < levels.size - 1 and most < levels[band + 1]:
-                while merged and i + run + 2 < nx and is_whole(lower, upper, i + run + 1, levels[band], levels[band + 1]):
+            if whole:
+                low, high = levels[band], levels[band + 1]
+                while merged and i + run + 2 < nx and is_whole(lower, upper, lower_high, upper_high, i + run + 1, low, high):
                     run += 1
                 box = (x[block, i], x[block, i + 1 + run], y[block, row], y[block, row + 1])
                 enter_whole(box, place, run, band, state, polygons, vertices)
                 continue
             box = (x[block, i], x[block, i + 1], y[block, row], y[block, row + 1])
             for one in range(max(band, 0), levels.size - 1):
-                if levels[one] > most:
+                if one_field and levels[one] > most:
                     break
                 list_events(corner, levels[one], levels[one + 1], events, at)
                 trace(corner, box, place, one, levels, tolerance, events, at, ring, state, polygons, vertices)
@@ -95,10 +107,12 @@ def band_of(levels: Floats, value: float) -> int:
 
 
 @inlined
-def is_whole(lower: Floats, upper: Floats, i: int, low: float, high: float) -> bool:
+def is_whole(
+    lower: Floats, upper: Floats, lower_high: Floats, upper_high: Floats, i: int, low: float, high: float
+) -> bool:
     """Whether all corners of a cell lie in the band; then all of it does."""
     for k in (i, i + 1):
-        if not (low <= lower[k] < high and low <= upper[k] < high):
+        if not (lower[k] >= low and lower_high[k] < high and upper[k] >= low and upper_high[k] < high):
             return False
     return True
 
@@ -157,18 +171,20 @@ def list_events(corner: Floats, low: float, high: float, events: Integers, at: I
     """
     n = 0
     for k in range(4):
-        a, b = corner[k], corner[(k + 1) & 3]
-        events[0, n], events[1, n], events[2, n], events[3, n] = 0, k, 1 if a >= low and a < high else 0, 0
+        j = (k + 1) & 3
+        was_low, is_low = corner[0, k] >= low, corner[0, j] >= low
+        was_high, is_high = corner[1, k] >= high, corner[1, j] >= high
+        events[0, n], events[1, n], events[2, n], events[3, n] = 0, k, 1 if was_low and not was_high else 0, 0
         n += 1
-        rises = b > a
         for turn in range(2):
-            is_low = (turn == 0) == rises
-            level = low if is_low else high
-            if (a >= level) == (b >= level):
-                continue
-            at[k if is_low else 4 + k] = n
-            events[0, n], events[1, n], events[2, n], events[3, n] = 1 if is_low else 2, k, 1 if is_low == rises else 0, 0
-            n += 1
+            if (turn == 0) != was_high and was_low != is_low:  # the low level is met first unless the way comes from above
+                at[k] = n
+                events[0, n], events[1, n], events[2, n], events[3, n] = 1, k, 1 if is_low else 0, 0
+                n += 1
+            if (turn == 0) == was_high and was_high != is_high:
+                at[4 + k] = n
+                events[0, n], events[1, n], events[2, n], events[3, n] = 2, k, 0 if is_high else 1, 0
+                n += 1
     if n < 12:
         events[0, n] = -1
 
@@ -210,7 +226,7 @@ def trace(
                 continue
             x, y, key, on = vertex(corner, box, place, kind, edge, band, levels)
             used = push(ring, used, x, y, key, on)
-            other = other_end(corner, levels[on], edge)
+            other = other_end(corner[kind - 1], levels[on], edge)
             here = at[4 * (kind - 1) + other]
             used, bit = arc(corner, box, place, edge, other, kind, on, levels, tolerance, ring, used)
             surplus += bit
@@ -294,14 +310,14 @@ def vertex(
     if kind == 0:
         right, up = (k == 1 or k == 2), k >= 2
         return x1 if right else x0, y1 if up else y0, node + int(right) + int(up) * nx, -1
-    on = band + kind - 1
+    on, f = band + kind - 1, corner[kind - 1]
     if k == 0 or k == 2:
-        px, py = between(corner[0 if k == 0 else 3], corner[1 if k == 0 else 2], levels[on], x0, x1), y0 if k == 0 else y1
+        px, py = between(f[0 if k == 0 else 3], f[1 if k == 0 else 2], levels[on], x0, x1), y0 if k == 0 else y1
         if px == x0 or px == x1:
             return px, py, node + int(px == x1) + int(k == 2) * nx, on
         edge = node + int(k == 2) * nx
     else:
-        px, py = x1 if k == 1 else x0, between(corner[1 if k == 1 else 0], corner[2 if k == 1 else 3], levels[on], y0, y1)
+        px, py = x1 if k == 1 else x0, between(f[1 if k == 1 else 0], f[2 if k == 1 else 3], levels[on], y0, y1)
         if py == y0 or py == y1:
             return px, py, node + int(k == 1) + int(py == y1) * nx, on
         edge = nodes + node + int(k == 1)
@@ -345,7 +361,8 @@ def arc(
     dx, dy = qx - px, qy - py
     if dx == 0.0 or dy == 0.0:
         return used, 0.0
-    w = bend_of_arc(corner[0], corner[1], corner[3], corner[2], levels[on], start, end)
+    f = corner[kind - 1]
+    w = bend_of_arc(f[0], f[1], f[3], f[2], levels[on], start, end)
     size = abs(dx * dy)
     whole = size * bulge(abs(w))
     if whole == 0.0:

@@ -29,7 +29,7 @@ def surface(
     opacity: Annotated[float, Range(0, 1)] = 1.0,
     title: str = "",
 ) -> Layer:
-    """The polygons of a geometry, lit; neutral as clay unless values give the colour.
+    """The polygons of a geometry, lit; neutral as clay unless values give the colour. What is flat has the colours of the bar.
 
     Parameters
     ----------
@@ -64,14 +64,16 @@ def surface(
         low, high = float(borders[0]), float(borders[-1])
         if np.allclose(np.diff(borders), borders[1] - borders[0], rtol=1e-6) and chosen.scale == "linear" and len(borders) > 2:
             chosen = replace(chosen, steps=len(borders) - 1)
+    colouring = _colours.by_field(geometry, colour_by, chosen, low, high)
+    flat = colouring is not None and not relief and _is_flat(geometry)
     look = SurfaceLook(
         colour=colour,
-        colouring=_colours.by_field(geometry, colour_by, chosen, low, high),
+        colouring=colouring,
         opacity=opacity,
         edges=edges,
-        smooth=smooth,
-        relief=relief,
-        light=light,
+        smooth=geometry.values[colour_by].place == "point" if flat else smooth,
+        relief=relief or flat,  # the light of a relief leaves level ground as it is: colours are those of the bar
+        light=1.0 if flat else light,
     )
     words = title or _title(geometry, borders, relief, light)
     return Layer(shape=geometry, look=look, title=words, shows=geometry.shows, accuracy=geometry.accuracy)
@@ -87,7 +89,14 @@ def _borders(geometry: Geometry) -> NDArray[np.float64]:
     return np.append(low, high[-1])
 
 
+def _is_flat(geometry: Geometry) -> bool:
+    bounds = geometry.bounds
+    return bounds is not None and bounds[4] == bounds[5] and not geometry.primitives
+
+
 def _title(geometry: Geometry, borders: NDArray[np.float64], relief: bool, light: float) -> str:
+    if geometry.shows:
+        return ""  # the error's own words stand there
     if not len(borders):
         return _titles.of_surface(geometry, relief, light)
     widths = np.diff(borders)

@@ -240,6 +240,43 @@ def test_blocks_are_grids_of_their_own() -> None:
     assert len(together.points) == sum(len(b.points) for b in apart)
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_between_two_fields_lies_what_is_above_one_and_below_the_other(seed: int) -> None:
+    """Counted at fine places of each cell, and the two borders by themselves."""
+    random = np.random.default_rng(seed)
+    lower = random.normal(size=(6, 7)) if seed % 3 else random.integers(-2, 3, size=(6, 7)).astype(float)
+    upper = lower - random.exponential(0.4, size=(6, 7)) * (random.random((6, 7)) > 0.2)
+    x, y = nodes(7), nodes(6)
+    b = bands.between(lower, upper, x, y, 1e-4)
+    n = 200
+    at = np.stack(np.meshgrid(*[(np.arange(n) + 0.5) / n] * 2), axis=-1).reshape(-1, 2)
+    for row in range(5):
+        for column in range(6):
+            f = []
+            for g in (lower, upper):
+                (f00, f10), (f01, f11) = g[row : row + 2, column : column + 2]
+                f.append(bilinear.value(f00, f10, f01, f11, at[:, 0], at[:, 1]))
+            counted = float(np.mean((f[0] >= 0) & (f[1] < 0)))
+            assert b.area[b.cell == row * 6 + column].sum() == pytest.approx(counted, abs=6e-3)
+    whole = [bands.fill(g, x, y, [0.0, np.inf], 1e-4).area.sum() for g in (lower, upper)]
+    assert b.area.sum() == pytest.approx(whole[0] - whole[1], rel=1e-12, abs=1e-12)
+    polygons = np.array([shoelace(p) for p in rings(b)])
+    assert (np.abs(polygons - b.area) <= b.left + 1e-14).all()
+    assert (polygons > -1e-15).all()
+
+
+def test_between_is_a_band_of_one_field() -> None:
+    values = FIELDS["holes"]
+    x, y = nodes(15), nodes(12)
+    one, two = bands.fill(values, x, y, [-0.5, 0.5], 1e-3), bands.between(values + 0.5, values - 0.5, x, y, 1e-3)
+    assert two.area.sum() == pytest.approx(one.area.sum(), rel=1e-12)
+    assert np.array_equal(two.cell, one.cell)
+    with pytest.raises(ValueError, match="nowhere above"):
+        bands.between(values - 0.5, values + 0.5, x, y, 1e-3)
+    with pytest.raises(ValueError, match="as large as"):
+        bands.between(values, values[1:], x, y, 1e-3)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -21,19 +21,20 @@ Floats = NDArray[np.float64]
 
 
 def linear(rgb: Floats) -> Floats:
-    return np.asarray(np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4))
+    found: Floats = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    return found
 
 
-def lightness(rgb: Floats) -> Floats:
+def lightness(rgb: Floats) -> list[float]:
     """CIE L*."""
-    y = linear(rgb) @ np.array([0.2126, 0.7152, 0.0722])
-    return np.asarray(116 * np.cbrt(np.maximum(y, 0.008856)) - 16, float)
+    return [116 * max(float(y), 0.008856) ** (1 / 3) - 16 for y in linear(rgb) @ np.array([0.2126, 0.7152, 0.0722])]
 
 
 def without_green(rgb: Floats) -> Floats:
     """Deuteranopia, after Machado, Oliveira and Fernandes 2009."""
     matrix = np.array([[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]])
-    return np.clip(linear(rgb) @ matrix.T, 0, 1)
+    seen: Floats = np.clip(linear(rgb) @ matrix.T, 0, 1)
+    return seen
 
 
 @pytest.mark.parametrize("name", NAMES)
