@@ -211,7 +211,7 @@ def page() -> NDArray[np.uint8]:
     canvas = FigureCanvasAgg(figure)
     words: dict[str, Any] = {"color": "#1A1E24", "family": "DejaVu Sans"}
     figure.text(0.045, 0.978, "Every case of a bilinear cell", fontsize=13, weight="bold", **words)
-    key = "grey: the field, sampled, at or above the level    blue: basic, one chord an arc    black: through the shoulder point"
+    key = "grey: the field, sampled, on or above the level   blue: basic, one chord an arc   black: through the shoulder point"
     figure.text(0.045, 0.962, key, fontsize=7.5, **{**words, "color": "#4E5763"})
     for i, case in enumerate(patterns()):
         row, column = divmod(i, 9)
