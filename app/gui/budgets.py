@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,6 +26,7 @@ class Total:
     value : the largest over the items
     bounds, spread : what adds, and k times what adds in squares
     looked, count : items that were looked at, and all
+    note : "on 95 %" where some items have no bound
     """
 
     quantity: str
@@ -38,6 +40,7 @@ class Total:
     looked: int
     count: int
     place: str
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,11 @@ class Budget:
     flags: tuple[Flag, ...]
     k: float
     ended: tuple[tuple[str, str], ...] = field(default=())
+    reach: float = math.inf
+
+    def size(self, line: Line) -> float:
+        """The size of a term as it counts in the total: the largest, or that on 95 % where the largest has no bound."""
+        return size(line, self.k, self.reach)
 
     @property
     def exact(self) -> bool:
@@ -65,40 +73,51 @@ class Budget:
         return not self.lines and not self.missing
 
 
-def budget_of(accuracy: Accuracy, k: float) -> Budget:
-    """Evaluate a budget over some items; call it in no window's thread."""
+def budget_of(accuracy: Accuracy, k: float, reach: float = math.inf) -> Budget:
+    """Evaluate a budget over some items; call it in no window's thread.
+
+    Parameters
+    ----------
+    reach : the size of the shape: an error of position beyond it says only that there is no bound
+    """
     lines = tuple(glance(accuracy))
     quantities = dict.fromkeys(line.quantity for line in lines)
-    totals = tuple(_total(accuracy, q, k, [one for one in lines if one.quantity == q]) for q in quantities)
+    totals = tuple(_total(accuracy, q, k, reach, [one for one in lines if one.quantity == q]) for q in quantities)
     ended = tuple((e.name, e.why) for e in accuracy.ended.values())
     missing = tuple({m.name: m for m in accuracy.missing}.values())
-    return Budget(lines, totals, missing, tuple(accuracy.flags), k, ended)
+    return Budget(lines, totals, missing, tuple(accuracy.flags), k, ended, reach)
 
 
-def size(line: Line, k: float) -> float:
-    """The largest size of a term, a standard deviation k times; of a measure the sum."""
+def size(line: Line, k: float, reach: float = math.inf) -> float:
+    """The size of a term, a standard deviation k times; of a measure the sum."""
     if line.kind == "metric":
         return line.sum
-    return line.max * (k if line.kind in SPREAD else 1.0)
+    largest = line.p95 if line.quantity == "position" and not line.max <= reach else line.max
+    return largest * (k if line.kind in SPREAD else 1.0)
 
 
-def _total(accuracy: Accuracy, quantity: str, k: float, lines: list[Line]) -> Total:
+def _total(accuracy: Accuracy, quantity: str, k: float, reach: float, lines: list[Line]) -> Total:
     terms = accuracy.select(quantity)
     first = terms[0]
-    alike = [t for t in terms if t.place == first.place and t.count == first.count]
+    alike = tuple(t for t in terms if t.place == first.place and t.count == first.count)
     items = _some(first)
     looked = first.count if items is None else len(items)
+    bounds = sum(size(one, k, reach) for one in lines if one.kind not in SPREAD)
+    note = ""
     if all(t.kind == "metric" for t in terms):
-        value = sum(one.sum for one in lines)
-        bounds, looked = value, first.count
+        value, looked, note = bounds, first.count, "in all"
     else:
-        part = Accuracy(tuple(alike))
-        value = float(np.max(part.total(k, quantity, first.place, items), initial=0.0))
-        bounds = sum(size(one, k) for one in lines if one.kind not in SPREAD)
-    spread = float(np.sqrt(sum(size(one, k) ** 2 for one in lines if one.kind in SPREAD)))
+        each = np.asarray(Accuracy(alike).total(k, quantity, first.place, items), float)
+        value = float(each.max(initial=0.0))
+        if quantity == "position" and not value <= reach:
+            beyond = int((~(each <= reach)).sum())
+            value = float(np.quantile(each, 0.95, method="higher"))
+            note = f"on 95 %; no bound at {numbers.count(beyond)} of {numbers.count(looked)} {first.place}s"
+    spread = float(np.sqrt(sum(size(one, k, reach) ** 2 for one in lines if one.kind in SPREAD)))
     rigour = accuracy.word(quantity)
     number = numbers.quantity(value, first.unit, up=rigour == "proven")
-    return Total(quantity, first.unit, SIGNS[rigour], rigour, number, value, bounds, spread, looked, first.count, first.place)
+    made = (quantity, first.unit, SIGNS[rigour], rigour, number, value, bounds, spread, looked, first.count)
+    return Total(*made, place=first.place, note=note)
 
 
 def _some(term: Term) -> np.ndarray[tuple[int], np.dtype[np.int64]] | None:

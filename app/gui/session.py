@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QGuiApplication
 
 from app.commands.budget import glance as glance_of
-from app.engine import document
+from app.commands.budget import reach
+from app.engine import document, paths
 from app.engine.catalogue import Catalogue, mine
 from app.engine.errors import DocumentError, NoniusError
 from app.engine.history import History
@@ -287,6 +289,24 @@ class Session(QObject):
                 found[port] = facts
         return found
 
+    def peeked(self, node: str) -> Mapping[str, Mapping[str, Any]]:
+        """What a reader's file says of itself, under the name of the parameter; empty until it was read."""
+        there = self.network[node]
+        record = self.catalogue.get(there.module)
+        if record is None or record.peek is None:
+            return {}
+        found: dict[str, Mapping[str, Any]] = {}
+        for parameter in record.parameters:
+            value = there.parameters.get(parameter.name)
+            if parameter.is_path and value:
+                facts = self.look("peek", node, str(value), job=partial(self._peek, record.peek, value, self.network.folder))
+                found |= {parameter.name: facts} if isinstance(facts, Mapping) else {}
+        return found
+
+    @staticmethod
+    def _peek(peek: Callable[[Path], Mapping[str, Any]], value: Any, folder: Path | None) -> Mapping[str, Any]:
+        return dict(peek(paths.locate(value, folder)))
+
     def glance(self, node: str, output: str) -> tuple[Line, ...]:
         """What is known of the accuracy of an output, over some items; () until it is known, then `resultChanged`."""
         accuracy = self.accuracy(node, output)
@@ -300,8 +320,9 @@ class Session(QObject):
         accuracy = self.accuracy(node, output)
         if accuracy is None:
             return None
-        k = self.network.k
-        found = self.looker.ask(("budget", node, output, self.runs.key(node), k), lambda: budget_of(accuracy, k))
+        k, value = self.network.k, (self.outputs(node) or {}).get(output.partition(":")[0])
+        key = ("budget", node, output, self.runs.key(node), k)
+        found = self.looker.ask(key, lambda: budget_of(accuracy, k, reach(value)))
         return found if isinstance(found, Budget) else None
 
     def accuracy(self, node: str, output: str) -> Accuracy | None:
@@ -310,8 +331,12 @@ class Session(QObject):
         found = getattr(value, "accuracy", None)
         return found if isinstance(found, Accuracy) else None
 
+    def look(self, what: str, node: str, *key: Hashable, job: Callable[[], Any]) -> Any:
+        """What a job gives that is done outside the window's thread; None until it is done, then `resultChanged`."""
+        return self.looker.ask((what, node, *key), job)
+
     def _looked(self, key: Hashable) -> None:
-        if isinstance(key, tuple) and key[0] in ("glance", "budget", "peek", "legend") and key[1] in self.network.nodes:
+        if isinstance(key, tuple) and key[1] in self.network.nodes:
             self.resultChanged.emit(key[1])
 
     # --- running

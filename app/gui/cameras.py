@@ -1,0 +1,96 @@
+"""Cameras as plain numbers: turned, moved and brought nearer without asking VTK."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Camera = dict[str, Any]
+Floats = NDArray[np.float64]
+
+AXES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0), "+z": (0, 0, 1), "-z": (0, 0, -1)}
+"""Where the eye stands, as seen from the focal point."""
+
+
+def _basis(camera: Mapping[str, Any]) -> tuple[Floats, Floats, Floats, float]:
+    """Right, up and back of the view as unit vectors, and the distance to the focal point."""
+    back = np.asarray(camera["position"], float) - np.asarray(camera["focal"], float)
+    distance = float(np.linalg.norm(back)) or 1.0
+    back = back / distance
+    right = np.cross(np.asarray(camera["up"], float), back)
+    length = float(np.linalg.norm(right))
+    if length < 1e-9:
+        right, length = np.cross([0.0, 1.0, 0.0] if abs(back[1]) < 0.9 else [1.0, 0.0, 0.0], back), 1.0
+        length = float(np.linalg.norm(right))
+    right = right / length
+    return right, np.cross(back, right), back, distance
+
+
+def directions(camera: Mapping[str, Any]) -> tuple[Floats, Floats]:
+    """Right and up of the view in the world."""
+    right, up, _, _ = _basis(camera)
+    return right, up
+
+
+def turned(camera: Camera, dx: float, dy: float) -> Camera:
+    """Turned about the focal point: dx to the side, dy upwards, in radians; it does not roll, z stays up where it is."""
+    right, up, back, distance = _basis(camera)
+    upright = abs(up[2]) > 1e-3
+    axis = np.array([0.0, 0.0, math.copysign(1.0, up[2])]) if upright else up
+    back = _rotated(_rotated(back, right, -dy), axis, -dx)
+    up = _rotated(_rotated(up, right, -dy), axis, -dx)
+    focal = np.asarray(camera["focal"], float)
+    return {**camera, "position": (focal + back * distance).tolist(), "up": up.tolist()}
+
+
+def moved(camera: Camera, dx: float, dy: float, height: float) -> Camera:
+    """Moved with what is seen, by so many pixels of a window of that height."""
+    right, up, _, distance = _basis(camera)
+    seen = camera["height"] if camera.get("parallel") else 2 * distance * math.tan(math.radians(camera["angle"]) / 2)
+    by = (-dx * right + dy * up) * (seen / max(1.0, height))
+    focal, position = np.asarray(camera["focal"], float) + by, np.asarray(camera["position"], float) + by
+    return {**camera, "focal": focal.tolist(), "position": position.tolist()}
+
+
+def nearer(camera: Camera, factor: float, at: tuple[float, float] = (0.0, 0.0), aspect: float = 1.0) -> Camera:
+    """Brought nearer by a factor; in a parallel view towards a place of the window, each from -1 to 1."""
+    if camera.get("parallel"):
+        right, up, _, _ = _basis(camera)
+        height = float(camera["height"])
+        by = (1 - 1 / factor) * height / 2 * (at[0] * aspect * right + at[1] * up)
+        focal, position = np.asarray(camera["focal"], float) + by, np.asarray(camera["position"], float) + by
+        return {**camera, "height": height / factor, "focal": focal.tolist(), "position": position.tolist()}
+    focal = np.asarray(camera["focal"], float)
+    back = np.asarray(camera["position"], float) - focal
+    return {**camera, "position": (focal + back / factor).tolist(), "height": float(camera["height"]) / factor}
+
+
+def along(camera: Camera, axis: str) -> Camera:
+    """Seen along an axis, "+x" from the east."""
+    _, _, _, distance = _basis(camera)
+    away = np.asarray(AXES[axis], float)
+    up = [0.0, 1.0, 0.0] if axis.endswith("z") else [0.0, 0.0, 1.0]
+    focal = np.asarray(camera["focal"], float)
+    return {**camera, "position": (focal + away * distance).tolist(), "up": up}
+
+
+def parallel(camera: Camera, on: bool) -> Camera:
+    """Without perspective, or with it; what lies at the focal point keeps its size."""
+    _, _, back, distance = _basis(camera)
+    tangent = math.tan(math.radians(float(camera["angle"])) / 2)
+    if on:
+        return {**camera, "parallel": True, "height": 2 * distance * tangent}
+    focal = np.asarray(camera["focal"], float)
+    position = focal + back * float(camera["height"]) / (2 * tangent)
+    return {**camera, "parallel": False, "position": position.tolist()}
+
+
+def _rotated(vector: Floats, axis: Floats, angle: float) -> Floats:
+    """By Rodrigues' formula."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    turned: Floats = vector * cos + np.cross(axis, vector) * sin + axis * float(axis @ vector) * (1 - cos)
+    return turned

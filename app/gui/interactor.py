@@ -1,0 +1,91 @@
+"""A viewport that VTK draws in the window itself, where a graphics card does the work."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+
+from app.gui.cameras import Camera
+from modules.data.scene import Scene
+
+
+class Interactor(QWidget):
+    """The back end of a real display: VTK's own interaction, the camera told when the mouse is let go."""
+
+    cameraChanged = Signal(object)
+    framed = Signal(object)
+    failed = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.scene: Scene | None = None
+        self.tag: object = None
+        self._view: Any = None
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self._room = QVBoxLayout(self)
+        self._room.setContentsMargins(0, 0, 0, 0)
+
+    def _made(self) -> Any:
+        """The viewport; it is made when the first scene is there, since VTK takes its time to load."""
+        if self._view is None:
+            os.environ.setdefault("QT_API", "pyside6")
+            from pyvistaqt import QtInteractor
+
+            from app.viewport import Viewport
+
+            widget = QtInteractor(self, auto_update=False, lighting="none")
+            self._room.addWidget(widget)
+            widget.lower()
+            widget.iren.add_observer("EndInteractionEvent", lambda *_: self.cameraChanged.emit(self.camera))
+            self._view = Viewport(widget, scale=self.devicePixelRatioF())
+        return self._view
+
+    def show_scene(self, scene: Scene | None, camera: Camera | None, tag: object = None) -> None:
+        """Draw a scene; without a camera it is seen as it is, or whole if it is the first."""
+        self.scene, self.tag = scene, tag
+        if scene is None:
+            return
+        try:
+            view = self._made()
+            view.show(scene)
+            if camera is not None:
+                view.camera = camera
+            view.plotter.render()
+        except (ValueError, RuntimeError) as error:
+            self.failed.emit(str(error))
+            return
+        self.framed.emit(tag)
+
+    @property
+    def camera(self) -> Camera | None:
+        """Where the view is seen from."""
+        return None if self._view is None or self.scene is None else dict(self._view.camera)
+
+    def set_camera(self, camera: Camera) -> None:
+        """See from there."""
+        if self.scene is not None:
+            view = self._made()
+            view.camera = camera
+            view.plotter.render()
+
+    def fit(self) -> None:
+        """See all."""
+        if self.scene is not None:
+            view = self._made()
+            view.fit()
+            view.plotter.render()
+            self.cameraChanged.emit(self.camera)
+
+    @property
+    def flat(self) -> bool:
+        """Whether the view is locked from above."""
+        return self.scene is not None and self.scene.look.dimensions == 2
+
+    def close_stage(self) -> None:
+        """The viewport is gone."""
+        if self._view is not None:
+            self._view.plotter.close()
+            self._view = None
