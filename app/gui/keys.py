@@ -1,0 +1,111 @@
+"""Keys of the canvas. The menus of the window have the same; this works wherever the canvas stands alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QKeyEvent
+
+from app.gui.layout import SNAP
+
+if TYPE_CHECKING:
+    from app.gui.canvas import Canvas
+
+K = Qt.Key
+ARROWS = {K.Key_Left: (-1, 0), K.Key_Right: (1, 0), K.Key_Up: (0, -1), K.Key_Down: (0, 1)}
+
+
+def press(canvas: Canvas, event: QKeyEvent) -> bool:
+    """Whether the key was one of the canvas."""
+    key = K(event.key())
+    ctrl = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
+    shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
+    if ctrl:
+        return _ctrl(canvas, key, shift)
+    if key in ARROWS:
+        dx, dy = ARROWS[key]
+        step = SNAP * (4 if shift else 1)
+        if canvas.session.selection:
+            canvas.hands.nudge(dx * step, dy * step)
+        else:
+            canvas.pan(dx * 48, dy * 48)
+        return True
+    return _plain(canvas, key, event.isAutoRepeat())
+
+
+def _ctrl(canvas: Canvas, key: Qt.Key, shift: bool) -> bool:
+    hands, session = canvas.hands, canvas.session
+    acts: dict[tuple[Qt.Key, bool], Callable[[], object]] = {
+        (K.Key_C, False): hands.copy,
+        (K.Key_X, False): hands.cut,
+        (K.Key_V, False): hands.paste,
+        (K.Key_V, True): lambda: hands.paste(True),
+        (K.Key_D, False): hands.duplicate,
+        (K.Key_D, True): lambda: hands.duplicate(False),
+        (K.Key_A, False): lambda: session.select(canvas.board.nodes),
+        (K.Key_F, False): canvas.search,
+        (K.Key_G, False): hands.frame,
+        (K.Key_Z, False): session.undo,
+        (K.Key_Z, True): session.redo,
+        (K.Key_Y, False): session.redo,
+        (K.Key_0, False): lambda: canvas.set_zoom(1.0),
+    }
+    if key in (K.Key_Plus, K.Key_Equal, K.Key_Minus):
+        canvas.zoom_by(1 / 1.25 if key == K.Key_Minus else 1.25)
+        return True
+    act = acts.get((key, shift))
+    if act is not None:
+        act()
+    return act is not None
+
+
+def _plain(canvas: Canvas, key: Qt.Key, again: bool) -> bool:
+    session = canvas.session
+    match key:
+        case K.Key_Space:
+            if not again:
+                canvas.spaced, canvas.panned = True, False
+                canvas.viewport().setCursor(Qt.CursorShape.OpenHandCursor)
+        case K.Key_Delete | K.Key_Backspace:
+            canvas.hands.remove()
+        case K.Key_Escape:
+            _escape(canvas)
+        case K.Key_L:
+            canvas.hands.arrange()
+        case K.Key_Period:
+            canvas.fit()
+        case K.Key_Z:
+            canvas.zoom_to(session.selection or None)
+        case K.Key_F2:
+            canvas.rename()
+        case K.Key_F1:
+            if not session.selection:
+                return False
+            canvas.helpRequested.emit(session.network[session.selection[0]].module)
+        case _:
+            return False
+    return True
+
+
+def _escape(canvas: Canvas) -> None:
+    """Put back a gesture; else select nothing; else stop."""
+    if canvas.gesture is not None:
+        canvas.drop_gesture()
+    elif canvas.session.selection or canvas.wire is not None:
+        canvas.session.select(())
+        canvas.choose_wire(None)
+    else:
+        canvas.session.cancel()
+
+
+def release(canvas: Canvas, event: QKeyEvent) -> bool:
+    """Space let go without a drag asks for a module."""
+    if event.key() != K.Key_Space or event.isAutoRepeat() or not canvas.spaced:
+        return False
+    canvas.spaced = False
+    canvas.viewport().unsetCursor()
+    if not canvas.panned:
+        canvas.quick_add()
+    return True
