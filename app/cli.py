@@ -1,5 +1,6 @@
 """The command `nonius`.
 
+    nonius [gui [NETWORK]]   open the window
     nonius run NETWORK       run a network, write its pictures with their certificates
     nonius check FILE        what a picture claims, checked; or whether a network could run
     nonius modules           the modules there are
@@ -28,7 +29,7 @@ from app.commands.console import Console, Usage
 from app.engine.errors import ModuleFailed, NoniusError, hint
 
 CANCELLED = 130
-COMMANDS = ("run", "check", "modules", "describe", "gallery", "doctor", "warm", "bench")
+COMMANDS = ("gui", "run", "check", "modules", "describe", "gallery", "doctor", "warm", "bench")
 EPILOG = """exit codes: 0 ok; 1 a module failed; 2 a wrong network or wrong words;
 3 a demand not met, or a claim of a picture that does not hold; 130 cancelled"""
 
@@ -80,6 +81,9 @@ def parser() -> Parser:
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )  # fmt: skip
 
+    gui = command("gui", "open the window, with a network if one is named")
+    gui.add_argument("network", metavar="NETWORK", nargs="?", help="a file, the name of a packaged network, or a picture")
+    gui.add_argument("--theme", choices=("light", "dark", "system"), help="of this start; else as it was chosen")
     _run(command("run", "run a network and write its pictures with their certificates"))
     check = command("check", "check what a picture claims, or whether a network could run")
     check.add_argument("file", metavar="FILE", help="picture.accuracy.json, its picture, or a network")
@@ -160,9 +164,11 @@ def _dispatch(words: list[str], console: Console) -> int:
     if first and first not in COMMANDS:
         raise Usage(f"there is no command {first!r}{hint(first, COMMANDS)}")
     top = parser()
-    if not first and not any(w in ("-h", "--help", "--version") for w in words):
+    if not words:
+        words = ["gui"]
+    elif not first and not any(w in ("-h", "--help", "--version") for w in words):
         top.print_help()
-        return 2 if words else 0
+        return 2
     options = top.parse_args(words)
     _check_place()
     return int(import_module(f"app.commands.{options.command}").run(options, console))

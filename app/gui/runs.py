@@ -34,12 +34,14 @@ class Runs(QObject):
     resultChanged = Signal(str)
     waveDone = Signal(str)
 
-    def __init__(self, catalogue: Catalogue, results: Results | None = None, parent: QObject | None = None) -> None:
+    def __init__(
+        self, catalogue: Catalogue, results: Results | None = None, parent: QObject | None = None, workers: int = 0
+    ) -> None:
         super().__init__(parent)
         self.catalogue = catalogue
         self.network = Network()
         self.results = Results() if results is None else results
-        self.worker = Worker(Engine(catalogue, self.results), self)
+        self.worker = Worker(Engine(catalogue, self.results, workers=workers or None), self)
         self.worker.arrived.connect(self._arrived)
         self.worker.start()
         self.keep: frozenset[str] = frozenset()

@@ -39,6 +39,7 @@ class Session(QObject):
     ----------
     catalogue : the modules; everything installed by default
     results : store of results; a new one by default
+    workers : nodes that run at once; as many as cores for 0
     log : where edits are written for the case that the program is killed; nowhere by default
     """
 
@@ -56,6 +57,7 @@ class Session(QObject):
         *,
         results: Results | None = None,
         log: Log | None = None,
+        workers: int = 0,
         parent: QObject | None = None,
     ) -> None:
         super().__init__(parent)
@@ -67,7 +69,7 @@ class Session(QObject):
         self.log = log
         self.looker = Looker(self)
         self.looker.ready.connect(self._looked)
-        self.runs = Runs(self.catalogue, results, self)
+        self.runs = Runs(self.catalogue, results, self, workers)
         self.runs.stateChanged.connect(self.stateChanged)
         self.runs.resultChanged.connect(self.resultChanged)
         self.runs.waveDone.connect(self.waveDone)

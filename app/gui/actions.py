@@ -1,0 +1,118 @@
+"""Every action of the window as data: menus, keys, tool bar, palette and tests are made from this one table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal
+
+Need = Literal["", "selection", "undo", "redo", "view", "running", "text", "network"]
+
+MENUS: Final = ("File", "Edit", "View", "Network", "Run", "Accuracy", "Window", "Help")
+
+
+@dataclass(frozen=True)
+class Action:
+    """Something that the user can do.
+
+    Parameters
+    ----------
+    id : of the method of `Commands` that does it
+    words : in the menu; "…" where it asks first
+    menu : that holds it
+    key : shortcut of the window
+    shown : shortcut that is said and not set, since the canvas takes it
+    icon : in the tool bar and the menu
+    need : what must be there
+    check : whether it is on or off
+    apart : a line stands before it
+    tip : what it does, for who has not done it before
+    """
+
+    id: str
+    words: str
+    menu: str
+    key: str = ""
+    shown: str = ""
+    icon: str = ""
+    need: Need = ""
+    check: bool = False
+    apart: bool = False
+    tip: str = ""
+
+    @property
+    def label(self) -> str:
+        """In the menu, with the shortcut that is only said."""
+        return f"{self.words}\t{self.shown}" if self.shown else self.words
+
+    @property
+    def keys(self) -> str:
+        """The shortcut in words, either kind."""
+        return self.key or self.shown
+
+
+ACTIONS: Final = (
+    Action("new", "New network", "File", "Ctrl+N", icon="new", tip="An empty canvas"),
+    Action("open", "Open…", "File", "Ctrl+O", icon="open", tip="A network, or a picture saved here: it carries its network"),
+    Action("open_data", "Open data…", "File", "Ctrl+Shift+O", icon="reader", tip="Read a data file, model it and draw it"),
+    Action("save", "Save", "File", "Ctrl+S", icon="save", apart=True, tip="Write the network to its file"),
+    Action("save_as", "Save as…", "File", "Ctrl+Shift+S"),
+    Action("save_picture", "Save picture…", "File", "Ctrl+P", icon="camera", need="view",
+           tip="The view with its network and a certificate of its accuracy"),
+    Action("quit", "Quit", "File", "Ctrl+Q", apart=True),
+    Action("undo", "Undo", "Edit", "Ctrl+Z", icon="undo", need="undo"),
+    Action("redo", "Redo", "Edit", "Ctrl+Shift+Z", icon="redo", need="redo"),
+    Action("cut", "Cut", "Edit", "Ctrl+X", need="selection", apart=True),
+    Action("copy", "Copy", "Edit", "Ctrl+C", icon="copy", need="selection"),
+    Action("paste", "Paste", "Edit", "Ctrl+V"),
+    Action("paste_wired", "Paste with wires from outside", "Edit", "Ctrl+Shift+V"),
+    Action("duplicate", "Duplicate", "Edit", "Ctrl+D", need="selection"),
+    Action("remove", "Delete", "Edit", shown="Del", need="selection"),
+    Action("select_all", "Select all", "Edit", "Ctrl+A", need="network", apart=True),
+    Action("find", "Find in the network…", "Edit", "Ctrl+F", icon="search", need="network"),
+    Action("preferences", "Preferences…", "Edit", "Ctrl+,", apart=True),
+    Action("fit_canvas", "Fit the network", "View", shown=".", icon="fit", need="network"),
+    Action("zoom_selection", "Zoom to the selection", "View", shown="Z", need="selection"),
+    Action("zoom_in", "Zoom in", "View", "Ctrl++"),
+    Action("zoom_out", "Zoom out", "View", "Ctrl+-"),
+    Action("zoom_one", "Zoom to 100 %", "View", "Ctrl+0"),
+    Action("fit_views", "See all in the views", "View", "Ctrl+Shift+Home", icon="cube", need="view", apart=True),
+    Action("as_saved", "Views in the theme of their pictures", "View", check=True,
+           tip="Off: views follow the window, pictures keep their own theme"),
+    Action("add_module", "Add module…", "Network", shown="Space", icon="plus", tip="Search all modules"),
+    Action("rename", "Rename", "Network", shown="F2", need="selection"),
+    Action("arrange", "Arrange", "Network", shown="L", icon="layout", need="network"),
+    Action("frame", "Frame the selection", "Network", "Ctrl+G", icon="box", need="selection"),
+    Action("note", "Add a note", "Network", icon="note"),
+    Action("run_all", "Run everything", "Run", "F5", icon="play", need="network",
+           tip="Also what no view looks at"),
+    Action("run_to", "Run to here", "Run", "Shift+F5", need="selection"),
+    Action("fire", "Fire", "Run", "Ctrl+Return", need="selection", tip="Run the chosen module again"),
+    Action("stop", "Stop", "Run", shown="Esc", icon="stop", need="running", tip="What has been computed is kept"),
+    Action("freeze", "Freeze", "Run", "Ctrl+Shift+F", icon="freeze", check=True, apart=True,
+           tip="Nothing runs until you unfreeze; edits go on"),
+    Action("hold", "Hold", "Run", "Ctrl+H", need="selection", tip="The module fires only when you press Fire"),
+    Action("disable", "Disable", "Run", "Ctrl+E", need="selection", tip="The module gives nothing"),
+    Action("budget", "Budget", "Accuracy", "Ctrl+B", tip="Where the error of the chosen wire or module comes from"),
+    Action("flags", "Flags", "Accuracy", "Ctrl+Shift+B", icon="flag", tip="What to look at twice"),
+    Action("coverage", "Coverage factor…", "Accuracy", apart=True,
+           tip="k: standard deviations count k times in totals, legends and certificates"),
+    Action("theme_system", "Theme of the system", "Window", check=True),
+    Action("theme_light", "Light", "Window", check=True),
+    Action("theme_dark", "Dark", "Window", check=True),
+    Action("start_page", "Start page", "Window", apart=True),
+    Action("palette", "Find an action…", "Help", "Ctrl+K", icon="search"),
+    Action("help", "Help on the module", "Help", "F1", icon="help", need="selection"),
+    Action("log", "Log", "Help", apart=True),
+    Action("about", "About Nonius Explorer", "Help"),
+)  # fmt: skip
+
+TOOLBAR: Final = (
+    "new", "open", "save", "|", "undo", "redo", "|", "add_module", "arrange", "fit_canvas", "note", "|", "stop", "freeze",
+)  # fmt: skip
+WORDED: Final = ("add_module", "stop")
+"""Of the tool bar, those with words and their key."""
+
+
+def by_id() -> dict[str, Action]:
+    """The table by id."""
+    return {action.id: action for action in ACTIONS}

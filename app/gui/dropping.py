@@ -1,0 +1,108 @@
+"""Files dropped on the window: networks and pictures are opened, data are read, modelled and drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from app.engine.errors import NoniusError
+from app.engine.network import Network
+from app.gui.session import Session
+from modules.records import Module
+
+COLUMN, STEP = 226.0, 112.0
+
+
+def is_network(file: Path) -> bool:
+    """Whether a file is opened rather than read as data."""
+    if file.suffix.lower() == ".json":
+        return True
+    if file.suffix.lower() != ".png":
+        return False
+    from app.engine import certificate, pngtext
+
+    try:
+        return certificate.NETWORK in pngtext.texts(file.read_bytes())
+    except (OSError, pngtext.NotPNG):
+        return False
+
+
+def read(session: Session, file: Path, done: Callable[[], object]) -> None:
+    """Add a reader of a file; in an empty network with a model and a first picture. Files are looked at in a thread."""
+
+    def look() -> Any:
+        return reader_of(session, file)
+
+    def add(key: object) -> None:
+        if key != ("data", str(file)):
+            return
+        session.looker.ready.disconnect(add)
+        found = session.looker.ask(key, look)
+        if not isinstance(found, tuple):
+            session.message.emit("error", f"{file.name} cannot be read: {found or 'no reader takes it'}")
+            return
+        try:
+            network, node = added(session, file, *found)
+        except NoniusError as error:
+            session.message.emit("error", str(error))
+            return
+        session.edit(f"Read {file.name}", network)
+        session.select([node])
+        done()
+
+    session.looker.ready.connect(add)
+    if session.looker.ask(("data", str(file)), look) is not None:
+        add(("data", str(file)))
+
+
+def reader_of(session: Session, file: Path) -> tuple[Module, dict[str, Any]] | str:
+    """The reader that takes a file with what it says of it; or why none does."""
+    why = ""
+    for record in session.catalogue.room("readers"):
+        if record.peek is None:
+            continue
+        try:
+            facts = dict(record.peek(file))
+        except Exception as error:
+            why = why or str(error)
+            continue
+        if not facts.get("problem"):
+            return record, facts
+        why = why or str(facts["problem"])
+    return why
+
+
+def added(session: Session, file: Path, record: Module, facts: dict[str, Any]) -> tuple[Network, str]:
+    """The network with the reader, and the id of that."""
+    network, catalogue = session.network, session.catalogue
+    lowest = max((float(n.view.get("position", (0, 0))[1]) for n in network.nodes.values()), default=-STEP)
+    y = lowest + STEP
+    path = next(p.name for p in record.parameters if p.is_path)
+    node = network.fresh_id(record.id)
+    view = {"position": [0.0, y]}
+    network = network.add(record.id, catalogue, id=node, parameters={path: file.absolute()}, view=view)
+    return _drawn(session, network, node, y, facts), node
+
+
+def _drawn(session: Session, network: Network, node: str, y: float, facts: dict[str, Any]) -> Network:
+    """With a model, contour lines over the relief, and a view; only the model of what has three axes."""
+    catalogue = session.catalogue
+
+    def put(network: Network, module: str, column: int, row: float, wires: list[tuple[str, str]]) -> tuple[Network, str]:
+        name = network.fresh_id(catalogue.find(module).id)
+        network = network.add(module, catalogue, id=name, view={"position": [column * COLUMN, y + row * STEP]})
+        for source, port in wires:
+            output = catalogue[network[source].module].outputs[0].name
+            network = network.connect(source, output, name, port, catalogue)
+        return network, name
+
+    network, model = put(network, "modellers.interpolate.interpolate", 1, 0, [(node, "samples")])
+    shape = facts.get("shape") or ()
+    if len([n for n in shape if n > 1]) > 2:
+        return network
+    network, contour = put(network, "mappers.contour.contour", 2, 0, [(model, "model")])
+    network, lines = put(network, "renderers.lines.lines", 3, 0, [(contour, "geometry")])
+    network, relief = put(network, "renderers.image.image", 3, 1, [(node, "samples")])
+    network, _ = put(network, "renderers.view.view", 4, 0, [(relief, "layers"), (lines, "layers")])
+    return network.set(relief, "show", "relief", catalogue)
