@@ -19,6 +19,10 @@ from modules.kernels.crossings import END, START, bend_of_arc, between
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Records = npt.NDArray[np.void]
+Box = tuple[float, float, float, float]
+"""x0, x1, y0, y1 of a cell."""
+Place = tuple[int, int, int, int]
+"""Number of a cell and of its corner 00, nodes in a row, nodes in all."""
 
 MOST_HALVINGS = 12
 """An arc becomes at most 4096 pieces."""
@@ -119,13 +123,7 @@ def is_whole(
 
 @inlined
 def enter_whole(
-    box: tuple[float, float, float, float],
-    place: tuple[int, int, int, int],
-    run: int,
-    band: int,
-    state: Integers,
-    polygons: Records,
-    vertices: Records,
+    box: Box, place: Place, run: int, band: int, state: Integers, polygons: Records, vertices: Records
 ) -> None:
     """Enter a rectangle: a cell, or a run of cells of a row, that lies in the band as a whole."""
     x0, x1, y0, y1 = box
@@ -192,8 +190,8 @@ def list_events(corner: Floats, low: float, high: float, events: Integers, at: I
 @jit
 def trace(
     corner: Floats,
-    box: tuple[float, float, float, float],
-    place: tuple[int, int, int, int],
+    box: Box,
+    place: Place,
     band: int,
     levels: Floats,
     tolerance: float,
@@ -280,9 +278,7 @@ def cut_tails(ring: Records, used: int) -> tuple[int, int]:
 
 
 @inlined
-def enter_ring(
-    ring: Records, first: int, used: int, box: tuple[float, float, float, float], state: Integers, vertices: Records
-) -> float:
+def enter_ring(ring: Records, first: int, used: int, box: Box, state: Integers, vertices: Records) -> float:
     """Enter the vertices of a ring; returns its area."""
     twice = 0.0
     before = used - 1
@@ -296,13 +292,7 @@ def enter_ring(
 
 @jit
 def vertex(
-    corner: Floats,
-    box: tuple[float, float, float, float],
-    place: tuple[int, int, int, int],
-    kind: int,
-    k: int,
-    band: int,
-    levels: Floats,
+    corner: Floats, box: Box, place: Place, kind: int, k: int, band: int, levels: Floats
 ) -> tuple[float, float, int, int]:
     """Place, key and level of an event: a corner, or the crossing of a level with an edge (a node if it falls on one)."""
     x0, x1, y0, y1 = box
@@ -339,8 +329,8 @@ def other_end(corner: Floats, level: float, edge: int) -> int:
 @jit
 def arc(
     corner: Floats,
-    box: tuple[float, float, float, float],
-    place: tuple[int, int, int, int],
+    box: Box,
+    place: Place,
     edge: int,
     other: int,
     kind: int,
