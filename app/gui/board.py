@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QPointF, QRectF, QTimer
@@ -41,7 +41,6 @@ class Board(QGraphicsScene):
         self.marks: list[MarkItem] = []
         self._touching: dict[str, set[Socket]] = {}
         self._places: layout.Places = {}
-        self._said: dict[str, object] = {}
         self._timer = QTimer(self, interval=TURN)
         self._timer.timeout.connect(self._turn)
         self.setItemIndexMethod(QGraphicsScene.ItemIndexMethod.NoIndex)
@@ -57,7 +56,7 @@ class Board(QGraphicsScene):
         touched: set[str] = set()
         if network.nodes is not old.nodes:
             touched = self._sync_nodes(network)
-        changed = self._sync_wires(network, touched)
+        changed = self._sync_wires(network, touched, old.wires)
         if network.extras is not old.extras:
             self._sync_marks(network)
         return len(touched) + changed
@@ -90,21 +89,23 @@ class Board(QGraphicsScene):
 
     def _new_node(self, node: Node) -> None:
         record, state = self.session.catalogue.get(node.module), self.session.state(node.id)
-        item = NodeItem(node, record, self.look, state)
+        item = NodeItem(node, record, self.look, state, self.session.facts(node.id))
         item.chosen = node.id in self.session.selection
         item.setPos(self.place(node))
         self.nodes[node.id] = item
         self.addItem(item)
-        item.set_state(state, self.session.facts(node.id))
 
     def place(self, node: Node) -> QPointF:
         """Where a node stands."""
         x, y = node.view.get("position") or self._places.get(node.id, (0.0, 0.0))
         return QPointF(float(x), float(y))
 
-    def _sync_wires(self, network: Network, touched: set[str]) -> int:
+    def _sync_wires(self, network: Network, touched: set[str], old: Mapping[Socket, Origin]) -> int:
         ends: set[str] = set()
         sources: set[str] = set()
+        if network.wires is old:
+            self.route(touched)
+            return 0
         for end, line in list(self.lines.items()):
             if network.wires.get(end) != line.origin:
                 ends.add(end[0])
@@ -115,7 +116,8 @@ class Board(QGraphicsScene):
             ends.add(end[0])
         unknown = {n for n in touched | ends if n in self.nodes}
         for target in unknown:
-            self._count(network, target)
+            if target in network.incoming or self.nodes[target].wired or self.nodes[target].record is None:
+                self._count(network, target)
         for end, origin in fresh:
             self._new_wire(end, origin)
             sources.add(origin[0])
@@ -144,12 +146,12 @@ class Board(QGraphicsScene):
         for node in (end[0], origin[0]):
             self._touching.setdefault(node, set()).add(end)
         self.addItem(line)
-        self.addItem(line.badge)
 
     def _drop(self, end: Socket) -> None:
         line = self.lines.pop(end)
         self.removeItem(line)
-        self.removeItem(line.badge)
+        if line.badge is not None:
+            self.removeItem(line.badge)
         for node in (end[0], line.origin[0]):
             self._touching.get(node, set()).discard(end)
 
@@ -268,7 +270,7 @@ class Board(QGraphicsScene):
         """The wire at a place."""
         box = QRectF(place.x() - 6, place.y() - 6, 12, 12)
         for line in self.lines.values():
-            if line.badge.isVisible() and line.badge.rect.contains(place):
+            if line.badge is not None and line.badge.isVisible() and line.badge.rect.contains(place):
                 return line
         for line in self.lines.values():
             if line.boundingRect().intersects(box) and line.shape().intersects(box):

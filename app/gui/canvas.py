@@ -213,7 +213,7 @@ class Canvas(QGraphicsView):
         self.popup = QuickAdd(self, at or self.pointer(), held)
         self.popup.open()
 
-    def search(self) -> None:
+    def find(self) -> None:  # type: ignore[override]
         """Look for a node by name."""
         self.finder.open()
 

@@ -79,6 +79,6 @@ def _canvas(menu: QMenu, canvas: Canvas, at: QPoint) -> None:
     _add(menu, "Paste with incoming wires", lambda: hands.paste(True), "Ctrl+Shift+V")
     menu.addSeparator()
     _add(menu, "Select all", lambda: canvas.session.select(canvas.board.nodes), "Ctrl+A", on=some)
-    _add(menu, "Find", canvas.search, "Ctrl+F", on=some)
+    _add(menu, "Find", canvas.find, "Ctrl+F", on=some)
     _add(menu, "Lay out", hands.arrange, "L", on=some)
     _add(menu, "Fit", canvas.fit, ".", on=some)

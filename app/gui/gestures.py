@@ -104,7 +104,8 @@ class Move:
             return
         self.moved = True
         lead = (self.nodes or self.marks)[0][1]
-        step = QPointF(snap(lead.x() + by.x()) - lead.x(), snap(lead.y() + by.y()) - lead.y())
+        near = 4 / self.canvas.zoom
+        step = QPointF(_step(lead.x(), by.x(), near), _step(lead.y(), by.y(), near))
         for item, place in (*self.nodes, *self.marks):
             item.setPos(place + step)
         self.canvas.board.route(n.node.id for n, _ in self.nodes)
@@ -146,6 +147,11 @@ class Move:
         for item, place in (*self.nodes, *self.marks):
             item.setPos(place)
         self.canvas.board.route(n.node.id for n, _ in self.nodes)
+
+
+def _step(start: float, by: float, near: float) -> float:
+    """To the grid; nothing along an axis on which the hand hardly moved."""
+    return snap(start + by) - start if abs(by) > near else 0.0
 
 
 class Resize:

@@ -105,9 +105,9 @@ def shape(kind: str) -> QPainterPath:
         case "Layer":
             path = _polygon((-5, -6.5), (7, 0), (-5, 6.5))
         case "Scene":
+            path.setFillRule(Qt.FillRule.WindingFill)
             path.addRect(-2, -6.5, 4, 13)
             path.addRect(-6.5, -2, 13, 4)
-            path = path.simplified()
         case "Table":
             for y in (-6.0, -1.5, 3.0):
                 path.addRect(-6, y, 12, 3)

@@ -10,7 +10,7 @@ from PySide6.QtGui import QGuiApplication
 
 from app.engine.errors import NoniusError
 from app.engine.network import Network, Socket
-from app.gui import edits, layout
+from app.gui import edits, layout, pasting
 from app.gui.edits import Held
 from app.gui.layout import Places, snap
 
@@ -111,8 +111,17 @@ class Hands:
 
     def paste(self, incoming: bool = False) -> None:
         """Nodes from the clipboard; `incoming` keeps wires from nodes that were not copied."""
-        if text := QGuiApplication.clipboard().text():
-            self.session.paste(text, incoming)
+        session = self.session
+        network = self._placed()
+        try:
+            part = pasting.part(QGuiApplication.clipboard().text(), session.catalogue)
+            fresh = network.pasted_ids(part)
+            grown = network.paste(part, session.catalogue, incoming=incoming, by=(32.0, 32.0))
+        except NoniusError as error:
+            self.canvas.say(str(error))
+            return
+        session.edit("Paste", grown)
+        session.select(fresh.values())
 
     def duplicate(self, incoming: bool = True) -> None:
         """The selection once more, with its incoming wires."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -67,6 +68,11 @@ class Verdict:
     converters: tuple[str, ...] = ()
 
 
+@functools.lru_cache(maxsize=4096)
+def _wide(title: str) -> float:
+    return QFontMetricsF(font(12, True)).horizontalAdvance(title)
+
+
 class NodeItem(QGraphicsItem):
     """One node.
 
@@ -76,10 +82,11 @@ class NodeItem(QGraphicsItem):
     verdicts : plug name -> verdict while a wire is dragged; None otherwise
     """
 
-    def __init__(self, node: Node, record: Module | None, look: Look, state: NodeState) -> None:
+    def __init__(self, node: Node, record: Module | None, look: Look, state: NodeState, facts: Mapping[str, Any]) -> None:
         super().__init__()
-        self.node, self.record, self.look, self.state = node, record, look, state
-        self.facts: Mapping[str, Any] = {}
+        self.node, self.record, self.look, self.state, self.facts = node, record, look, state, facts
+        self._first: str | None = None
+        self._bounds = QRectF()
         self.wired: Mapping[str, int] = {}
         self.given: tuple[str, ...] = ()
         self.chosen = self.hovered = self.settings_shown = False
@@ -87,14 +94,14 @@ class NodeItem(QGraphicsItem):
         self.turn = 0.0
         self.plugs: tuple[Plug, ...] = ()
         self.size = (WIDTH, PLAIN)
-        self.setAcceptHoverEvents(False)
+        self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
         self._measure()
 
     # --- changing
 
     def set_node(self, node: Node, record: Module | None) -> None:
         """Take another version of the node."""
-        self.node, self.record = node, record
+        self.node, self.record, self._first = node, record, None
         self._measure()
 
     def set_state(self, state: NodeState, facts: Mapping[str, Any]) -> bool:
@@ -104,14 +111,14 @@ class NodeItem(QGraphicsItem):
         self.state, self.facts = state, facts
         if again:
             self._measure()
-        else:
-            self.second = summary.went(state, facts)
         self.update()
         return self.size != before
 
     def set_wired(self, wired: Mapping[str, int], given: tuple[str, ...]) -> bool:
         """Say how many wires each port has, and which outputs are used though nobody declares them; whether plugs changed."""
         before = self.plugs
+        if (wired, given) == (self.wired, self.given):
+            return False
         self.wired, self.given = wired, given
         self._measure()
         return self.plugs != before
@@ -123,6 +130,13 @@ class NodeItem(QGraphicsItem):
             self._measure()
 
     # --- asking
+
+    @property
+    def first(self) -> str:
+        """What it does here."""
+        if self._first is None:
+            self._first = summary.does(self.node, self.record)
+        return self._first
 
     @property
     def kind(self) -> str:
@@ -169,10 +183,8 @@ class NodeItem(QGraphicsItem):
     def _measure(self) -> None:
         self.prepareGeometryChange()
         self.title = summary.title(self.node, self.record)
-        self.first = summary.does(self.node, self.record)
-        self.second = summary.went(self.state, self.facts)
         failed = self.kind == "failed"
-        wide = QFontMetricsF(font(12, True)).horizontalAdvance(self.title) + 32 + 36
+        wide = _wide(self.title) + 32 + 36
         if failed and self.state.sentence:
             wide = max(wide, QFontMetricsF(font(11)).horizontalAdvance(self.state.sentence) + 28)
         self.width = min(WIDEST, WIDTH + 8 * max(0, -(-(wide - WIDTH) // 8)))
@@ -194,6 +206,7 @@ class NodeItem(QGraphicsItem):
         if failed:
             height = max(height, self._failed_height())
         self.size = (self.width, height)
+        self._bounds = self.rect.adjusted(-20, -8, 20, 8)
 
     def _failed_height(self) -> float:
         room = QRectF(0, 0, self.width - 28, 400)
@@ -228,7 +241,7 @@ class NodeItem(QGraphicsItem):
 
     def boundingRect(self) -> QRectF:
         """The body, its ring and ports at double size."""
-        return self.rect.adjusted(-20, -8, 20, 8)
+        return self._bounds
 
     def shape(self) -> QPainterPath:
         """The body and the reach of its ports."""
@@ -310,7 +323,7 @@ class NodeItem(QGraphicsItem):
             painter.drawText(self.sentence.adjusted(14, 2, -14, -2), flags, self.state.sentence or "failed")
         else:
             painter.setPen(look["action" if self.kind == "running" else "text 3"])
-            text = summary.WAITS[self.kind] if self.kind in ("missing", "disabled") else self.second
+            text = summary.WAITS[self.kind] if self.kind in ("missing", "disabled") else summary.went(self.state, self.facts)
             painter.drawText(QPointF(12, 66), metrics.elidedText(text, Qt.TextElideMode.ElideRight, wide))
         if self.named:
             painter.setPen(look["text 3"])

@@ -45,7 +45,7 @@ def _ctrl(canvas: Canvas, key: Qt.Key, shift: bool) -> bool:
         (K.Key_D, False): hands.duplicate,
         (K.Key_D, True): lambda: hands.duplicate(False),
         (K.Key_A, False): lambda: session.select(canvas.board.nodes),
-        (K.Key_F, False): canvas.search,
+        (K.Key_F, False): canvas.find,
         (K.Key_G, False): hands.frame,
         (K.Key_Z, False): session.undo,
         (K.Key_Z, True): session.redo,

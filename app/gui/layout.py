@@ -124,8 +124,8 @@ def align(places: Mapping[str, tuple[float, float]], how: str, sizes: Mapping[st
     if len(row) < 3:
         return dict(places)
     first, last = box[row[0]][axis], box[row[-1]][axis]
-    found = {}
-    for i, name in enumerate(row):
+    found = dict(places)
+    for i, name in enumerate(row[1:-1], 1):
         value = snap(first + (last - first) * i / (len(row) - 1))
         found[name] = (value, box[name][1]) if axis == 0 else (box[name][0], value)
     return found

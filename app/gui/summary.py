@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
@@ -37,7 +38,7 @@ def does(node: Node, record: Module | None) -> str:
         return node.module
     values = {p.name: node.parameters.get(p.name, p.default) for p in record.parameters}
     said: list[str] = []
-    for parameter in sorted(record.parameters, key=_rank):
+    for parameter in _telling(record):
         text = _said(parameter, values[parameter.name])
         if text and text not in said:
             said.append(text)
@@ -51,6 +52,12 @@ def _rest(record: Module, values: Mapping[str, Any]) -> list[str]:
     numbers_of = [p for p in record.parameters if p.name not in QUIET and not isinstance(values[p.name], bool)]
     given = [p for p in numbers_of if isinstance(values[p.name], int | float)]
     return [_number(p, values[p.name]) for p in given[:2]]
+
+
+@functools.lru_cache(maxsize=512)
+def _telling(record: Module) -> tuple[Parameter, ...]:
+    """Parameters that say most first; those that say nothing are left out."""
+    return tuple(p for p in sorted(record.parameters, key=_rank) if _rank(p) < 99)
 
 
 def _rank(parameter: Parameter) -> int:

@@ -63,20 +63,27 @@ class WireItem(QGraphicsItem):
         self._lower: QPainterPath | None = None
         self._start, self._end = QPointF(), QPointF()
         self.setZValue(-1)
-        self.badge = BadgeItem(self)
+        self.badge: BadgeItem | None = None
+        self._bounds = QRectF()
 
     def route(self, start: QPointF, end: QPointF) -> None:
         """Lie between two places."""
         self.prepareGeometryChange()
         self.path, self._lower = curve(start, end), None
         self._start, self._end = start, end
-        self.badge.place()
+        self._bounds = self.path.controlPointRect().adjusted(-9, -9, 9, 9)
+        if self.badge is not None:
+            self.badge.place()
 
     def set_known(self, known: Known | None, badge: bool, stale: bool) -> None:
         """Say what is known; `badge` on one wire of each output."""
         if (known, badge, stale) != (self.known, self.badge_shown, self.stale):
             self.known, self.badge_shown, self.stale = known, badge, stale
-            self.badge.place()
+            if self.badge is None and badge and known is not None and (scene := self.scene()):
+                self.badge = BadgeItem(self)
+                scene.addItem(self.badge)
+            if self.badge is not None:
+                self.badge.place()
             self.update()
 
     def badge_at(self) -> QPointF:
@@ -90,7 +97,7 @@ class WireItem(QGraphicsItem):
 
     def boundingRect(self) -> QRectF:
         """Line and halo."""
-        return self.path.controlPointRect().adjusted(-9, -9, 9, 9)
+        return self._bounds
 
     def shape(self) -> QPainterPath:
         """What a click hits: 12 px round the line, and the badge."""
