@@ -43,7 +43,7 @@ class Difference(NamedTuple):
 class Piece(NamedTuple):
     """A polygon between the two contourings."""
 
-    ring: Floats
+    ring: _between.Ring
     area: float
     level: float
     cell: int
@@ -111,7 +111,7 @@ def _unit(lines: Geometry) -> tuple[str, float]:
     return (f"{length}²" if length else ""), 1.0
 
 
-def _filled(same: list[Floats], other: list[Floats], level: float, cell: int, factor: float) -> Iterator[Piece]:
+def _filled(same: list[_between.Ring], other: list[_between.Ring], level: float, cell: int, factor: float) -> Iterator[Piece]:
     """The polygons of one cell: of loops whose ends are joined alike, and of those joined in another way."""
     for loops, joined in ((same, True), (other, False)):
         for loop in loops:
@@ -142,10 +142,11 @@ def _flags(pieces: list[Piece], lost: list[int]) -> list[Flag]:
 
 
 def _shape(first: Geometry, pieces: list[Piece], unit: str, accuracy: Accuracy) -> Geometry:
-    rings = [np.column_stack([p.ring, np.zeros(len(p.ring))]) for p in pieces]
-    offsets = np.concatenate([[0], np.cumsum([len(r) for r in rings])]).astype(np.int64)
+    offsets = np.concatenate([[0], np.cumsum([len(p.ring) for p in pieces])]).astype(np.int64)
+    points = np.zeros((int(offsets[-1]), 3))
+    points[:, :2] = np.array([at for p in pieces for at in p.ring], float).reshape(-1, 2)
     return Geometry(
-        points=np.concatenate([*rings, np.zeros((0, 3))]),
+        points=points,
         polygons=Cells(offsets, np.arange(offsets[-1])),
         values={
             "area": Field(np.array([p.area for p in pieces], float), "cell", unit),

@@ -113,6 +113,15 @@ def test_any_two_methods_in_one_cell_against_a_raster(seed: int) -> None:
             assert got == pytest.approx(disagreement(lines[first], lines[second], 500), abs=6e-3), (first, second)
 
 
+def test_a_corner_on_the_level_that_one_method_passes_and_the_other_does_not() -> None:
+    field = model([[247.0, 261.0], [250.0, 249.0]])
+    four, shoulder = drawn(field, "four_triangles", (250.0,)), drawn(field, "shoulder", (250.0,))
+    assert [len(g.polylines()) for g in (shoulder, four)] == [1, 2]
+    got = difference(shoulder, four, Progress())
+    assert total(got) == pytest.approx(disagreement(shoulder, four), abs=4e-3)
+    assert [f.name for f in got.between.accuracy.flags] == ["joined in another way"]
+
+
 def test_wrong_joins_are_those_where_centre_and_saddle_differ() -> None:
     """Thesis 3.2.1: four triangles are wrong exactly there; counted here cell by cell from the corner values."""
     values = noise(5, (60, 60))
@@ -122,6 +131,7 @@ def test_wrong_joins_are_those_where_centre_and_saddle_differ() -> None:
     ambiguous = ((f00 > 0) == (f11 > 0)) & ((f10 > 0) == (f01 > 0)) & ((f00 > 0) != (f10 > 0))
     saddle = (f00 * f11 - f10 * f01) / (f00 + f11 - f10 - f01)
     wrong = ambiguous & ((saddle > 0) != (f00 + f10 + f01 + f11 > 0))
+    assert {f.name for f in got.between.accuracy.flags} == {"joined in another way"}
     marked = got.table.columns["grid cell"][got.table.columns["joined in another way"] == 1]
     assert sorted(marked.tolist()) == np.flatnonzero(wrong).tolist()
     assert len(marked) > 20
@@ -138,10 +148,11 @@ def test_polygons_are_filled_without_overlap() -> None:
 
 
 def test_a_loop_that_crosses_itself_is_cut_there() -> None:
-    bow = np.array([[0, 0], [2, 2], [2, 0], [0, 2]], float)
+    bow = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)]
     rings = list(_between.simple(bow))
     assert sorted(abs(_between.shoelace(r)) for r in rings) == [1.0, 1.0]
-    comb = np.array([[0, 0], [6, 0], [6, 3], [5, 3], [5, 1], [4, 1], [4, 3], [3, 3], [3, 1], [0, 1]], float)
+    corners = [[0, 0], [6, 0], [6, 3], [5, 3], [5, 1], [4, 1], [4, 3], [3, 3], [3, 1], [0, 1]]
+    comb = [(float(x), float(y)) for x, y in corners]
     parts = _between.convex_parts(comb)
     assert sum(abs(_between.shoelace(p)) for p in parts) == pytest.approx(10.0)
     assert all(len(p) == 3 for p in parts)
