@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QGraphicsScene
 
 from app.commands.budget import reach
 from app.engine.network import Network, Node, Origin, Socket
-from app.gui import badges, edits, layout
+from app.gui import badges, bends, edits, layout
 from app.gui.glyphs import Look
 from app.gui.items import REACH, NodeItem, Plug
 from app.gui.marks import MarkItem
@@ -41,6 +41,7 @@ class Board(QGraphicsScene):
         self.marks: list[MarkItem] = []
         self._touching: dict[str, set[Socket]] = {}
         self._places: layout.Places = {}
+        self._bends: dict[str, bends.Dots] = {}
         self._timer = QTimer(self, interval=TURN)
         self._timer.timeout.connect(self._turn)
         self.setItemIndexMethod(QGraphicsScene.ItemIndexMethod.NoIndex)
@@ -59,6 +60,10 @@ class Board(QGraphicsScene):
         changed = self._sync_wires(network, touched, old.wires)
         if network.extras is not old.extras:
             self._sync_marks(network)
+            self._bends = bends.bends(network)
+            for line in self.lines.values():
+                if (dots := self._bends.get(bends.name(line.end, line.origin), ())) != line.dots:
+                    line.bend(dots)
         return len(touched) + changed
 
     def _sync_nodes(self, network: Network) -> set[str]:
@@ -143,6 +148,7 @@ class Board(QGraphicsScene):
         kind = plug.kind if plug and start.record else target.kind if target else "Value"
         line = WireItem(end, origin, kind, self.look)
         self.lines[end] = line
+        line.dots = self._bends.get(bends.name(end, origin), ()) if self._bends else ()
         for node in (end[0], origin[0]):
             self._touching.setdefault(node, set()).add(end)
         self.addItem(line)

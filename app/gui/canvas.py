@@ -32,6 +32,7 @@ from app.gui.hands import Hands
 from app.gui.minimap import Minimap
 from app.gui.quick_add import QuickAdd
 from app.gui.writing_line import WritingLine
+from app.gui.zoom_box import ZoomBox
 
 if TYPE_CHECKING:
     from app.gui.edits import Held
@@ -83,6 +84,7 @@ class Canvas(QGraphicsView):
         self.setAccessibleName("Network")
         self.bubble = Bubble(self.viewport(), self.look)
         self.minimap = Minimap(self)
+        self.zoom_box = ZoomBox(self)
         self.finder = FindBar(self)
         self.line = WritingLine(self)
         self.popup: QuickAdd | None = None
@@ -140,7 +142,7 @@ class Canvas(QGraphicsView):
         """Draw in the theme in force."""
         if self.look.set(glyphs.current()):
             self.board.colour()
-            for child in (self.minimap, self.bubble, self.finder, self.viewport()):
+            for child in (self.minimap, self.zoom_box, self.bubble, self.finder, self.viewport()):
                 child.update()
 
     # --- looking
@@ -320,6 +322,7 @@ class Canvas(QGraphicsView):
         """Keep the map in its corner, and all in view until someone has looked elsewhere."""
         super().resizeEvent(event)
         self.minimap.place()
+        self.zoom_box.place()
         self.finder.place()
         if self._fresh and self.board.nodes:
             self.fit()

@@ -9,6 +9,7 @@ from PySide6.QtCore import QPoint
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QMenu
 
+from app.gui import bends
 from app.gui.items import NodeItem
 from app.gui.wires import WireItem
 
@@ -39,6 +40,7 @@ def fill(menu: QMenu, canvas: Canvas, node: NodeItem | None, line: WireItem | No
         _node(menu, canvas, node)
     elif line is not None:
         _add(menu, "Show budget", lambda: canvas.wireSelected.emit(*line.origin))
+        _add(menu, "Add or remove a dot", lambda: bends.toggle(canvas, line, canvas.mapToScene(at)))
         _add(menu, "Disconnect", lambda: canvas.hands.disconnect(line.end), "Del")
     else:
         _canvas(menu, canvas, at)

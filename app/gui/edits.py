@@ -27,6 +27,10 @@ POINTS: Final = frozenset({"points", "dust", "places", "corners", "shoulders"})
 SURFACES: Final = frozenset({"surface", "bands", "band", "cells", "draped"})
 
 
+KNOWN: Final = ("interpolate", "contour", "isosurface", "lines", "view")
+"""Modules that everyone meets first: advice names them."""
+
+
 @dataclass(frozen=True)
 class Held:
     """The end of a wire in the hand: a socket of a node."""
@@ -96,6 +100,17 @@ def converters(start: Module, output: str, end: Module, port: str, catalogue: Ca
     found = [n for n in CONVERTERS.get((offered.type.__name__, needed.type.__name__), ()) if _has(catalogue, n)]
     first = "points" if output in POINTS else "surface" if output in SURFACES else "lines"
     return tuple(sorted(found, key=lambda n: n != first))
+
+
+def between(offered: str, needed: str, catalogue: Catalogue) -> Module | None:
+    """A module that takes one type and gives another, for advice; None if none does in one step."""
+
+    def fits(m: Module) -> bool:
+        takes = [p.type.__name__ for p in m.ports if not p.optional]
+        return takes == [offered] and bool(m.outputs) and m.outputs[0].type.__name__ == needed
+
+    found = [m for m in catalogue if fits(m)]
+    return min(found, key=lambda m: (m.id.rsplit(".", 1)[-1] not in KNOWN, m.title), default=None)
 
 
 def _has(catalogue: Catalogue, name: str) -> bool:

@@ -8,6 +8,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QMenu
 
+from app.gui import bends
 from app.gui.edits import Held
 from app.gui.gestures import Band, Move, Pan, Resize
 from app.gui.glyphs import TYPES
@@ -50,7 +51,8 @@ def _left(canvas: Canvas, at: QPoint, more: bool) -> None:
     if line := board.wire_at(place):
         session.select(())
         canvas.choose_wire(line.end)
-        canvas.gesture = _by_end(canvas, at, place, line)
+        dot = bends.dot_at(line, place)
+        canvas.gesture = _by_end(canvas, at, place, line) if dot is None else bends.Bend(canvas, line, dot)
         return
     mark = board.mark_at(place)
     canvas.choose_wire(None)
@@ -150,7 +152,7 @@ def release(canvas: Canvas, event: QMouseEvent) -> None:
 
 
 def double_click(canvas: Canvas, event: QMouseEvent) -> None:
-    """Rename a node by its title, write a note, ask for a module on the empty canvas."""
+    """Rename a node, write a note, bend a wire, ask for a module on the empty canvas."""
     if event.button() != LEFT:
         return
     canvas.drop_gesture()
@@ -162,7 +164,9 @@ def double_click(canvas: Canvas, event: QMouseEvent) -> None:
         canvas.rename()
     elif mark := canvas.board.mark_at(place):
         canvas.write(mark)
-    elif canvas.board.plug_at(place) is None and canvas.board.wire_at(place) is None:
+    elif line := canvas.board.wire_at(place):
+        bends.toggle(canvas, line, place)
+    elif canvas.board.plug_at(place) is None:
         canvas.quick_add(at)
 
 
@@ -191,7 +195,8 @@ def words(canvas: Canvas, at: QPoint) -> str:
         summary = node.record.summary.split("\n")[0] if node.record else "This module is not installed; its values are kept"
         return f"{node.title} · {node.node.id}\n{summary}\nF1 opens its help"
     if (line := canvas.board.wire_at(place)) and line.known is not None:
-        return f"{line.origin[0]}.{line.origin[1]}: {line.known.words()}\nClick shows the budget"
+        said = f"{line.origin[0]}.{line.origin[1]}: {line.known.words()}"
+        return f"{said}\nClick shows the budget; a double-click puts a dot to bend it"
     return ""
 
 

@@ -102,8 +102,14 @@ class Pull:
             record = self.canvas.session.catalogue.find(verdict.converters[0])
             return f"{plug.name} · {kind}", f"drop to put {record.title} between"
         why, _, advice = verdict.why.partition(": ")
-        advice = advice[:1].upper() + advice[1:] if advice else "Drop on the empty canvas to choose a module that fits"
-        return f"{item.title}: {why}", f"{advice}."
+        return f"{item.title}: {why}", f"{advice[:1].upper() + advice[1:] if advice else self._advice(plug.kind)}."
+
+    def _advice(self, kind: str) -> str:
+        pair = (self.held.kind, kind) if self.held.out else (kind, self.held.kind)
+        found = edits.between(*pair, self.canvas.session.catalogue)
+        if found is None:
+            return "Drop on the empty canvas to choose a module that fits"
+        return f"Put a module between, such as {found.title}: drop on the empty canvas"
 
     def _draw(self, place: QPointF, dotted: bool) -> None:
         item = self.canvas.board.nodes[self.held.node]

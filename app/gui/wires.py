@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPointF, QRectF, Qt
@@ -39,16 +40,26 @@ def beside(path: QPainterPath, by: float = UNDER) -> QPainterPath:
     """A path at a distance on the lower side of another that runs to the right."""
     if path.elementCount() == 2:
         return path.translated(0, by)
-    points = [path.pointAtPercent(i / STEPS) for i in range(STEPS + 1)]
+    steps = STEPS * max(1, (path.elementCount() - 1) // 3)
+    points = [path.pointAtPercent(i / steps) for i in range(steps + 1)]
     shifted = []
     for i, point in enumerate(points):
-        a, b = points[max(0, i - 1)], points[min(STEPS, i + 1)]
+        a, b = points[max(0, i - 1)], points[min(steps, i + 1)]
         length = math.hypot(b.x() - a.x(), b.y() - a.y()) or 1.0
         shifted.append(QPointF(point.x() - by * (b.y() - a.y()) / length, point.y() + by * (b.x() - a.x()) / length))
     found = QPainterPath(shifted[0])
     for point in shifted[1:]:
         found.lineTo(point)
     return found
+
+
+def through(start: QPointF, dots: tuple[tuple[float, float], ...], end: QPointF) -> QPainterPath:
+    """From an output through some places to an input."""
+    stops = [start, *(QPointF(x, y) for x, y in dots), end]
+    path = curve(stops[0], stops[1])
+    for a, b in pairwise(stops[1:]):
+        path.connectPath(curve(a, b))
+    return path
 
 
 class WireItem(QGraphicsItem):
@@ -60,6 +71,7 @@ class WireItem(QGraphicsItem):
         self.known: Known | None = None
         self.badge_shown = self.stale = self.chosen = self.faded = self.target = False
         self.path = QPainterPath()
+        self.dots: tuple[tuple[float, float], ...] = ()
         self._lower: QPainterPath | None = None
         self._start, self._end = QPointF(), QPointF()
         self.setZValue(-1)
@@ -69,11 +81,16 @@ class WireItem(QGraphicsItem):
     def route(self, start: QPointF, end: QPointF) -> None:
         """Lie between two places."""
         self.prepareGeometryChange()
-        self.path, self._lower = curve(start, end), None
+        self.path, self._lower = through(start, self.dots, end), None
         self._start, self._end = start, end
         self._bounds = self.path.controlPointRect().adjusted(-9, -9, 9, 9)
         if self.badge is not None:
             self.badge.place()
+
+    def bend(self, dots: tuple[tuple[float, float], ...]) -> None:
+        """Go through some places."""
+        self.dots = dots
+        self.route(self._start, self._end)
 
     def set_known(self, known: Known | None, badge: bool, stale: bool) -> None:
         """Say what is known; `badge` on one wire of each output."""
@@ -90,7 +107,7 @@ class WireItem(QGraphicsItem):
         """The middle; above it where the wire is too short to carry a badge, above the nodes where it is wider than the gap."""
         middle = self.path.pointAtPercent(0.5)
         gap = self._end.x() - self._start.x()
-        if not 0 <= gap < 120 or abs(self._end.y() - self._start.y()) > 60:
+        if self.dots or not 0 <= gap < 120 or abs(self._end.y() - self._start.y()) > 60:
             return middle
         wide = badges.width(self.known) + 6 if self.known else 0.0
         return QPointF(middle.x(), min(self._start.y(), self._end.y()) - (ABOVE if wide <= gap else OVER))
@@ -124,6 +141,11 @@ class WireItem(QGraphicsItem):
         painter.drawPath(self.path)
         painter.setPen(QPen(colour, 2.25 if self.kind != "Accuracy" else 1.6))
         painter.drawPath(self.path)
+        for x, y in self.dots:
+            painter.setBrush(colour)
+            painter.setPen(QPen(look["canvas"], 2))
+            painter.drawEllipse(QPointF(x, y), 5, 5)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
         if self.known is None or detail < 0.45:
             return
         painter.setOpacity(painter.opacity() * (0.62 if self.stale else 1.0))

@@ -129,7 +129,7 @@ def test_what_fits_grows_and_what_does_not_fades_and_says_why(canvas: Canvas, qt
     lines = item(canvas, "lines").verdicts
     assert lines is not None and not lines["geometry", False].fits
     qtbot.waitUntil(canvas.bubble.isVisible, timeout=1000)
-    assert "needs a Geometry, got a Model" in canvas.bubble.title and canvas.bubble.text
+    assert "needs a Geometry, got a Model" in canvas.bubble.title and "such as Contour" in canvas.bubble.text
     QTest.mouseRelease(canvas.viewport(), LEFT, NONE, target)
     assert canvas.session.network.wires["lines", "geometry", 0] == ("contour", "lines")
     assert item(canvas, "contour").verdicts is None and not canvas.bubble.isVisible()
@@ -213,6 +213,22 @@ def test_a_node_dropped_on_a_wire_goes_between(canvas: Canvas) -> None:
     assert network.wires[stated, "samples", 0] == ("field", "samples")
     assert network.wires["model", "samples", 0] == (stated, "samples")
     assert canvas.session.history.undo_label == "Insert into wire"
+
+
+def test_a_double_click_bends_a_wire_and_the_dot_can_be_dragged(canvas: Canvas) -> None:
+    session, end = canvas.session, ("contour", "model", 0)
+    middle = canvas.mapFromScene(canvas.board.lines[end].path.pointAtPercent(0.5))
+    QTest.mouseDClick(canvas.viewport(), LEFT, NONE, middle)
+    (dot,) = canvas.board.lines[end].dots
+    at = canvas.mapFromScene(QPointF(*dot))
+    drag(canvas, at, at + QPoint(0, 120))
+    assert canvas.board.lines[end].dots == ((dot[0], dot[1] + 120),)
+    back = document.loads(document.dumps(session.network, session.catalogue), session.catalogue).network
+    assert back.extras["canvas"]["bends"] == {"model.model -> contour.model": [[dot[0], dot[1] + 120]]}
+    session.undo()
+    assert canvas.board.lines[end].dots == (dot,)
+    QTest.mouseDClick(canvas.viewport(), LEFT, NONE, at)
+    assert canvas.board.lines[end].dots == () and "canvas" not in session.network.extras
 
 
 # --- nodes
@@ -351,7 +367,7 @@ def test_the_wheel_zooms_at_the_pointer(canvas: Canvas) -> None:
     at = head(canvas, "contour")
     spot = canvas.mapToScene(at)
     wheel(canvas, at, 240)
-    assert canvas.zoom > 1.3
+    assert canvas.zoom > 1.3 and canvas.zoom_box.scale.text() == f"{round(100 * canvas.zoom)} %"
     moved = canvas.mapToScene(at) - spot
     assert abs(moved.x()) < 2 and abs(moved.y()) < 2
     QTest.keyClick(canvas, Qt.Key.Key_Period)
