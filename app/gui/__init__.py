@@ -45,7 +45,8 @@ def main(network: str = "", theme: str = "") -> int:
     window.show()
     if network:
         QTimer.singleShot(0, lambda: window.commands.open_path(Path(network)))
-    QTimer.singleShot(300, warming.begin)
+    QTimer.singleShot(100, window.studio.start)
+    QTimer.singleShot(1500, warming.begin)
     code = app.exec()
     warming.close()
     window.shut()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QBrush, QColor, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QBrush, QColor, QFontMetrics, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
 from app.draw import numbers
@@ -16,7 +16,7 @@ from app.theme import SIZES
 from modules.data.accuracy import SIGNS, Line
 
 ROW: Final = 25
-COLUMNS: Final = (26, 210, 74, 104)
+COLUMNS: Final = (26, 230, 74, 116)
 """Widths of sign, name, stage and number; the bar takes the rest."""
 STAGES = {"data": "data", "model": "model", "mapping": "mapping", "render": "render"}
 
@@ -76,7 +76,7 @@ class Bars(QWidget):
             y = i * ROW
             role = "text" if sign in ("=", "?") else "brass"
             _text(painter, QRectF(0, y, signs, ROW), sign, role, strong=True, pixels=15 if sign == "~" else 13)
-            short = painter.fontMetrics().elidedText(name, Qt.TextElideMode.ElideRight, names - 10)
+            short = QFontMetrics(style.body()).elidedText(name, Qt.TextElideMode.ElideRight, names - 10)
             _text(painter, QRectF(signs, y, names, ROW), short, "text")
             _text(painter, QRectF(signs + names, y, stages, ROW), STAGES.get(stage, stage), "text 2")
             at = bar.translated(0, y + (ROW - 12) / 2)
@@ -114,8 +114,6 @@ class BudgetView(QWidget):
         left.setSpacing(3)
         for widget in (self.what, self.total, self.words):
             left.addWidget(widget)
-        left.addWidget(style.labelled("How it adds up", "title"))
-        left.addWidget(self.sums)
         left.addStretch(1)
         side = QWidget()
         side.setProperty("kind", "panel")
@@ -129,6 +127,10 @@ class BudgetView(QWidget):
         column = QVBoxLayout(inner)
         column.setContentsMargins(0, 0, 8, 0)
         column.addWidget(self.bars)
+        self.how = style.labelled("How it adds up", "title")
+        column.addSpacing(6)
+        column.addWidget(self.how)
+        column.addWidget(self.sums)
         column.addStretch(1)
         room.setWidget(inner)
         row = QHBoxLayout(self)
@@ -172,6 +174,7 @@ class BudgetView(QWidget):
         self.total.tell(total, missing, self.budget is not None and self.budget.exact)
         self.words.setText(self._said(total))
         self.sums.setText(_sums(self.budget, total) if self.budget and total else "")
+        self.how.setVisible(bool(self.sums.text()))
         self.bars.tell(self.budget, total.quantity if total else "")
 
     def _about(self, node: str, output: str, total: Total | None) -> str:

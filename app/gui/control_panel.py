@@ -24,6 +24,9 @@ ROOM_ICONS = {"readers": "reader", "modellers": "modeller", "mappers": "mapper",
               "renderers": "renderer"}  # fmt: skip
 
 
+LEAST = 288
+
+
 class ControlPanel(QScrollArea):
     """The docked panel. It follows the selection; edits are live while a slider is held."""
 
@@ -38,6 +41,7 @@ class ControlPanel(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setMinimumWidth(LEAST)
         self._run: RunSection | None = None
         self._step: StepSection | None = None
         session.selectionChanged.connect(self._chosen)

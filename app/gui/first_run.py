@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,6 +26,7 @@ EXAMPLES = (
     ("thesis-3-12-background", "Error as a background", "Where is the line least certain?", "~"),
 )
 SIGNS = (("=", "exact"), ("≤", "proven"), ("~", "estimated"), ("n=", "sampled"), ("?", "not known"))
+LETTERS = 44
 PICTURE = QSize(298, 216)
 
 
@@ -124,7 +126,7 @@ class FirstRun(QScrollArea):
         column.addWidget(style.labelled("More examples", "title"))
         for name in names[:7]:
             open_it = paths.networks()[name]
-            link = button(name, lambda p=open_it: self.owner.commands.open_path(p), link=True)  # type: ignore[misc]
+            link = button(_title(open_it), lambda p=open_it: self.owner.commands.open_path(p), link=True)  # type: ignore[misc]
             link.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
             column.addWidget(link)
         left = len(names) - 7
@@ -274,6 +276,16 @@ class RecoveryCard(QFrame):
         self.one.discard()
         if callable(self.settled):
             self.settled(self.one)
+
+
+def _title(path: Path) -> str:
+    """Of a network, in few words; its file's name where it has none."""
+    try:
+        found = json.loads(path.read_bytes()).get("settings", {}).get("title", "")
+    except (OSError, ValueError, AttributeError):
+        found = ""
+    words = str(found) or path.stem
+    return words if len(words) <= LETTERS else words[: LETTERS - 1].rstrip() + "…"
 
 
 def _signs() -> QHBoxLayout:

@@ -38,8 +38,8 @@ from app.gui.status import Overall, Status
 from app.gui.studio import Studio
 from app.gui.viewport_widget import Views
 
-WIDTHS = (224, 288)
-BUDGET = 196
+WIDTHS = (224, 300)
+BUDGET = 210
 STATE = 1
 """Number of the arrangement of docks; a remembered one of another number is not restored."""
 
@@ -79,7 +79,8 @@ class MainWindow(QMainWindow):
         self.bar = toolbar.build(self)
         self.addToolBar(self.bar)
         self._connect()
-        self.resize(1440, 900)
+        room = self.screen().availableSize()
+        self.resize(min(1600, room.width()), min(1000, room.height()))
         self._restore_layout()
         self._titled()
         self.enable()
@@ -126,11 +127,8 @@ class MainWindow(QMainWindow):
     def _dock(self, title: str, inside: QWidget, area: Qt.DockWidgetArea) -> QDockWidget:
         dock = QDockWidget(title, self)
         dock.setObjectName(title)
-        dock.setWidget(inside)
-        if title != "Librarian":
-            dock.setTitleBarWidget(QWidget())
-        else:
-            dock.setTitleBarWidget(toolbar.head(title))
+        dock.setWidget(toolbar.headed(title, inside) if title == "Librarian" else inside)
+        dock.setTitleBarWidget(QWidget())
         self.addDockWidget(area, dock)
         return dock
 

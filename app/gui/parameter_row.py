@@ -14,7 +14,7 @@ from app.gui.widgets.field import Facts, title
 from app.gui.widgets.parts import act
 from modules.parameters import Parameter
 
-LABEL = 84
+LABEL = 78
 
 
 class ParameterRow(QWidget):
@@ -38,7 +38,7 @@ class ParameterRow(QWidget):
         self.auto = QToolButton()
         self.auto.setText("auto")
         self.auto.setCheckable(True)
-        self.auto.setProperty("framed", True)
+        self.auto.setProperty("small", True)
         self.auto.setToolTip("Let the module choose; what it chose stands on the node")
         self.auto.setAccessibleName(f"{title(parameter.name)} automatic")
         self.auto.setVisible(parameter.automatic)

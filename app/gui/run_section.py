@@ -40,6 +40,7 @@ class RunSection(QWidget):
         row.setContentsMargins(0, 4, 0, 0)
         row.setSpacing(6)
         for one in (self.hold, self.off, self.fire, self.run):
+            one.setProperty("compact", True)
             row.addWidget(one)
         row.addStretch(1)
         column = QVBoxLayout(self)

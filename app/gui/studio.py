@@ -95,6 +95,7 @@ class Studio(QThread):
     def run(self) -> None:
         """What the thread does."""
         try:
+            self._load()
             while (work := self._next()) is not None:
                 if isinstance(work, Stage):
                     self._draw(work)
@@ -121,6 +122,15 @@ class Studio(QThread):
                 if self._jobs:
                     return self._jobs.pop(0)
                 self._some.wait()
+
+    def _load(self) -> None:
+        """Load what draws before it is needed; why it cannot is said when something is to be drawn."""
+        try:
+            self._prepare()
+            import app.viewport  # noqa: F401  # pyvista comes with the first plotter
+            import pyvista.plotting  # noqa: F401
+        except Exception:
+            return
 
     def _prepare(self) -> None:
         """Find out how this machine draws, before VTK is asked.

@@ -36,10 +36,13 @@ QStatusBar::item { border: 0; }
 QToolButton { background: transparent; border: 1px solid transparent; border-radius: 4px; padding: 4px; }
 QToolButton:hover { background: $head; }
 QToolButton:pressed, QToolButton:checked { background: $selected_row; }
+QToolButton[small="true"] { font-size: 11px; padding: 2px 4px; color: $text_2; border: 1px solid $divider; }
+QToolButton[small="true"]:checked { color: $text; background: $selected_row; border-color: $edge; }
 QToolButton:focus { border-color: $action; }
 QToolButton::menu-indicator { image: none; }
 QPushButton, QToolButton[framed="true"] {
     background: $raised; border: 1px solid $edge; border-radius: 4px; padding: 4px 12px; min-height: 16px; }
+QPushButton[compact="true"] { padding: 3px 8px; }
 QPushButton:hover { background: $head; }
 QPushButton:pressed { background: $selected_row; }
 QPushButton:disabled, QToolButton[framed="true"]:disabled { color: $text_3; border-color: $divider; }

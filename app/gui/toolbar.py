@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QToolBar, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QToolBar, QToolButton, QVBoxLayout, QWidget
 
 from app.gui import style
 from app.gui.actions import TOOLBAR, WORDED, by_id
@@ -43,12 +43,19 @@ def build(window: MainWindow) -> QToolBar:
     return bar
 
 
-def head(title: str) -> QWidget:
-    """The head of a dock."""
-    made = QFrame()
-    made.setProperty("kind", "bar")
-    made.setFixedHeight(32)
-    row = QHBoxLayout(made)
+def headed(title: str, inside: QWidget) -> QWidget:
+    """A part of the window under a head with its name."""
+    head = QFrame()
+    head.setProperty("kind", "bar")
+    head.setFixedHeight(32)
+    row = QHBoxLayout(head)
     row.setContentsMargins(12, 0, 6, 0)
     row.addWidget(style.labelled(title, "title"))
+    made = QWidget()
+    made.setProperty("kind", "panel")
+    column = QVBoxLayout(made)
+    column.setContentsMargins(0, 0, 0, 0)
+    column.setSpacing(0)
+    column.addWidget(head)
+    column.addWidget(inside, 1)
     return made

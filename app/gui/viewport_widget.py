@@ -53,10 +53,12 @@ class ViewPane(QWidget):
         self.title = style.labelled("View", "title")
         self.name = style.labelled("", "quiet")
         self.note = style.labelled("", "boxed")
+        self.note.setFixedHeight(20)
         self.bar = QFrame()
         self.bar.setProperty("kind", "bar")
+        self.bar.setFixedHeight(32)
         row = QHBoxLayout(self.bar)
-        row.setContentsMargins(12, 3, 6, 3)
+        row.setContentsMargins(12, 0, 6, 0)
         row.setSpacing(8)
         for widget in (self.title, self.name):
             row.addWidget(widget)
@@ -143,7 +145,7 @@ class ViewPane(QWidget):
         elif late:
             running = next((self.session.state(n) for n in self.session.runs.busy), None)
             part = f", next at {running.progress:.0%}" if running and running.progress else ""
-            note = f"previous picture{part}"
+            note = f"previous picture{part}" if self.back.tag is not None else "drawing…"
         if self.session.frozen and late:
             note = "previous picture: the network is frozen"
         self.note.setText(note if len(note) < 70 else note[:68] + "…")
