@@ -18,6 +18,7 @@ from app.engine.errors import DocumentError, NoniusError
 from app.engine.history import History
 from app.engine.network import Network
 from app.engine.results import Results
+from app.gui import clips
 from app.gui.budgets import Budget, budget_of
 from app.gui.recovery import Log
 from app.gui.runs import Runs
@@ -215,14 +216,14 @@ class Session(QObject):
         """The selected nodes as text, also on the clipboard."""
         if not self.selection:
             return ""
-        text = document.clipboard(self.network.part(self.selection), self.catalogue)
+        text = clips.text(self.network.part(self.selection), self.catalogue)
         QGuiApplication.clipboard().setText(text)
         return text
 
     def paste(self, text: str, incoming: bool = True) -> None:
         """Add nodes from text and select them; text that is no network says so in a message."""
         try:
-            part = document.loads(text, self.catalogue, name="the clipboard").network
+            part = clips.part(text, self.catalogue)
             names = self.network.pasted_ids(part)
             network = self.network.paste(part, self.catalogue, incoming=incoming, by=(32.0, 32.0))
         except NoniusError as error:

@@ -127,8 +127,9 @@ class Studio(QThread):
         """Load what draws before it is needed; why it cannot is said when something is to be drawn."""
         try:
             self._prepare()
-            import app.viewport  # noqa: F401  # pyvista comes with the first plotter
             import pyvista.plotting  # noqa: F401
+
+            import app.viewport  # noqa: F401  # pyvista comes with the first plotter
         except Exception:
             return
 

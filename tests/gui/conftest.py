@@ -34,3 +34,31 @@ def session_of(qapp: object) -> Iterator[Callable[..., object]]:
     yield make
     for one in made:
         one.close()
+
+
+@pytest.fixture
+def stalls(qapp: object) -> Callable[[], object]:
+    """Measures the longest time in which the event loop did nothing: `with stalls() as worst: ...; worst()`."""
+    import time
+    from contextlib import contextmanager
+
+    from PySide6.QtCore import QTimer
+
+    @contextmanager
+    def measure() -> Iterator[Callable[[], float]]:
+        last = [time.perf_counter(), 0.0]
+
+        def tick() -> None:
+            now = time.perf_counter()
+            last[1] = max(last[1], now - last[0])
+            last[0] = now
+
+        timer = QTimer(interval=1)
+        timer.timeout.connect(tick)
+        timer.start()
+        try:
+            yield lambda: last[1]
+        finally:
+            timer.stop()
+
+    return measure
