@@ -102,13 +102,14 @@ def _cells(one: Known) -> list[tuple[str, float]]:
     return cells
 
 
-def badge(painter: QPainter, one: Known, at: QPointF, look: Look, *, chosen: bool = False) -> QRectF:
+def badge(painter: QPainter, one: Known, at: QPointF, look: Look, *, chosen: bool = False, stale: bool = False) -> QRectF:
     """Draw a badge round a place; its rectangle."""
     wide = width(one)
     rect = QRectF(at.x() - wide / 2, at.y() - HEIGHT / 2, wide, HEIGHT)
     painter.setPen(QPen(look["action" if chosen else "edge"], 1.0))
     painter.setBrush(look["panel"])
     painter.drawRoundedRect(rect, 4, 4)
+    painter.setOpacity(painter.opacity() * (0.62 if stale else 1.0))
     cells = _cells(one)
     x = rect.center().x() - sum(w for _, w in cells) / 2
     middle = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft

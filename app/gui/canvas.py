@@ -92,6 +92,7 @@ class Canvas(QGraphicsView):
         session.stateChanged.connect(self.board.refresh)
         session.resultChanged.connect(self.board.result)
         session.selectionChanged.connect(self._selected)
+        session.stateChanged.connect(lambda _: self.minimap.update())
         style.watch().changed.connect(self.follow_theme)
         self.sync(session.network)
 

@@ -10,7 +10,7 @@ from PySide6.QtGui import QGuiApplication
 
 from app.engine.errors import NoniusError
 from app.engine.network import Network, Socket
-from app.gui import edits, layout, pasting
+from app.gui import edits, layout
 from app.gui.edits import Held
 from app.gui.layout import Places, snap
 
@@ -47,7 +47,7 @@ class Hands:
         alone = session.selection[0] if len(session.selection) == 1 and held is None and place is None else ""
         try:
             if place is not None:
-                at = (place.x(), place.y())
+                at = self._free(place) if held else (place.x(), place.y())
             elif alone:
                 at = edits.after(network, alone)
             else:
@@ -62,6 +62,16 @@ class Hands:
         session.edit(f"Add {catalogue.find(module).title}", grown)
         session.select([fresh])
         return fresh
+
+    def _free(self, place: QPointF) -> tuple[float, float]:
+        """The next place below where a plain node covers none."""
+        box = QRectF(place.x() - 12, place.y() - 6, layout.WIDTH + 24, layout.HEIGHT + 12)
+        taken = [item.scene_rect() for item in self.canvas.board.nodes.values()]
+        for _ in range(40):
+            if not any(rect.intersects(box) for rect in taken):
+                break
+            box.translate(0, 2 * layout.SNAP)
+        return place.x(), box.top() + 6
 
     def _wired(self, network: Network, source: str, node: str) -> Network:
         """With the first output of a node that fits wired to a new one, if nothing hangs on it yet."""
@@ -111,17 +121,8 @@ class Hands:
 
     def paste(self, incoming: bool = False) -> None:
         """Nodes from the clipboard; `incoming` keeps wires from nodes that were not copied."""
-        session = self.session
-        network = self._placed()
-        try:
-            part = pasting.part(QGuiApplication.clipboard().text(), session.catalogue)
-            fresh = network.pasted_ids(part)
-            grown = network.paste(part, session.catalogue, incoming=incoming, by=(32.0, 32.0))
-        except NoniusError as error:
-            self.canvas.say(str(error))
-            return
-        session.edit("Paste", grown)
-        session.select(fresh.values())
+        if text := QGuiApplication.clipboard().text():
+            self.session.paste(text, incoming)
 
     def duplicate(self, incoming: bool = True) -> None:
         """The selection once more, with its incoming wires."""

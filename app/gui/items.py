@@ -187,10 +187,12 @@ class NodeItem(QGraphicsItem):
         wide = _wide(self.title) + 32 + 36
         if failed and self.state.sentence:
             wide = max(wide, QFontMetricsF(font(11)).horizontalAdvance(self.state.sentence) + 28)
-        self.width = min(WIDEST, WIDTH + 8 * max(0, -(-(wide - WIDTH) // 8)))
         outputs = self._outputs()
-        inputs = self._inputs()
         self.named = len(outputs) > 2
+        if self.named:
+            wide = max(wide, 128 + max(_wide(name) for name, _, _ in outputs))
+        self.width = min(WIDEST, WIDTH + 8 * max(0, -(-(wide - WIDTH) // 8)))
+        inputs = self._inputs()
         pitch = PITCH_TWIN if any(twin for _, _, twin in outputs) else PITCH
         plugs = [Plug(n, k, False, 0, FIRST + PITCH * i, s, f) for i, (n, k, s, f) in enumerate(inputs)]
         low = FIRST + PITCH * (len(inputs) - 1) + 14
@@ -314,7 +316,7 @@ class NodeItem(QGraphicsItem):
         look = self.look
         painter.setFont(font(11))
         metrics = QFontMetricsF(font(11))
-        wide = self.width - 24 - (44 if self.named else 0)
+        wide = 96.0 if self.named else self.width - 24
         painter.setPen(look["text 2"])
         painter.drawText(QPointF(12, 45), metrics.elidedText(self.first, Qt.TextElideMode.ElideRight, wide))
         if not self.sentence.isNull():

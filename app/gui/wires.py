@@ -137,8 +137,9 @@ class WireItem(QGraphicsItem):
             halo = look["action"]
             painter.setPen(QPen(_clear(halo), 11))
             painter.drawPath(self.path)
-        painter.setPen(QPen(look["canvas"], 5))
-        painter.drawPath(self.path)
+        else:
+            painter.setPen(QPen(look["canvas"], 5))
+            painter.drawPath(self.path)
         painter.setPen(QPen(colour, 2.25 if self.kind != "Accuracy" else 1.6))
         painter.drawPath(self.path)
         for x, y in self.dots:
@@ -191,8 +192,8 @@ class BadgeItem(QGraphicsItem):
         wire = self.wire
         if wire.known is None or option.levelOfDetailFromTransform(painter.worldTransform()) < 0.6:
             return
-        painter.setOpacity((0.35 if wire.faded else 1.0) * (0.62 if wire.stale else 1.0))
-        badges.badge(painter, wire.known, self.rect.center(), wire.look, chosen=wire.chosen)
+        painter.setOpacity(0.35 if wire.faded else 1.0)
+        badges.badge(painter, wire.known, self.rect.center(), wire.look, chosen=wire.chosen, stale=wire.stale)
 
 
 class LooseWire(QGraphicsItem):

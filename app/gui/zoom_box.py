@@ -9,6 +9,8 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QHBoxLayout, QToolButton, QWidget
 
+from app.gui.glyphs import font
+
 if TYPE_CHECKING:
     from app.gui.canvas import Canvas
 
@@ -25,7 +27,7 @@ class ZoomBox(QWidget):
         row.addWidget(self._button("Fit", "Show the whole network (.)", canvas.fit))
         row.addWidget(self._button("−", "Smaller (Ctrl+−)", lambda: canvas.zoom_by(0.8)))
         self.scale = self._button("100 %", "Show at 100 % (Ctrl+0)", lambda: canvas.set_zoom(1.0))
-        self.scale.setFixedWidth(54)
+        self.scale.setFixedWidth(48)
         row.addWidget(self.scale)
         row.addWidget(self._button("+", "Larger (Ctrl++)", lambda: canvas.zoom_by(1.25)))
         canvas.zoomChanged.connect(self._told)
@@ -36,6 +38,8 @@ class ZoomBox(QWidget):
         button.setText(words)
         button.setToolTip(tip)
         button.setAutoRaise(True)
+        button.setFont(font(11))
+        button.setStyleSheet("QToolButton { padding: 2px 5px; }")
         button.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         button.clicked.connect(lambda _=False: act())
         return button

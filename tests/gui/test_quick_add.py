@@ -54,7 +54,7 @@ def test_prefix_before_word_before_letters() -> None:
 def test_titles_before_aliases(catalogue: Catalogue) -> None:
     assert titles(catalogue, "cont")[0] == "Contour"
     assert "Contour" in titles(catalogue, "isoline") and rank(catalogue, "isoline")[0].also == "isoline"
-    assert titles(catalogue, "trilinear") == ["Interpolate"]
+    assert "Interpolate" in titles(catalogue, "trilinear")
     assert titles(catalogue, "no such thing") == []
     assert len(titles(catalogue, "")) == len(catalogue)
 
