@@ -21,7 +21,7 @@ Ints = NDArray[np.int64]
 
 MOST_LEVELS = 10_000
 
-EXACT_TO = 1e-6
+EXACT_TO = 1e-5
 """Of a cell: what the method 'exact' leaves beside an arc."""
 
 
