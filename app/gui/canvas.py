@@ -200,6 +200,13 @@ class Canvas(QGraphicsView):
         scale = min(room.width() / rect.width(), room.height() / rect.height(), 1.0)
         self._show(max(scale, SMALLEST), rect.center(), QPointF(room.center()))
 
+    def show_node(self, node: str) -> None:
+        """Bring a node into sight, if it is not."""
+        rect = self.board.nodes[node].scene_rect()
+        if not self.mapToScene(self.viewport().rect()).boundingRect().contains(rect):
+            self.centerOn(rect.center())
+            self.minimap.update()
+
     def middle(self) -> QPointF:
         """The middle of what is seen."""
         return self.mapToScene(self.viewport().rect().center())
@@ -214,6 +221,7 @@ class Canvas(QGraphicsView):
     def quick_add(self, at: QPoint | None = None, held: Held | None = None) -> None:
         """Ask for a module at a place of the window, one that fits the wire in the hand."""
         self.popup = QuickAdd(self, at or self.pointer(), held)
+        self.popup.beside = at is None and not self.viewport().underMouse()
         self.popup.open()
 
     def find(self) -> None:  # type: ignore[override]

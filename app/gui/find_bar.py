@@ -62,9 +62,7 @@ class FindBar(QWidget):
         if self.found:
             name = self.found[self.at % len(self.found)]
             self.canvas.session.select([name])
-            item = self.canvas.board.nodes[name]
-            if not self.canvas.mapToScene(self.canvas.viewport().rect()).boundingRect().contains(item.scene_rect()):
-                self.canvas.centerOn(item.scene_rect().center())
+            self.canvas.show_node(name)
         said = f"{self.at % len(self.found) + 1} of {len(self.found)}" if self.found else "none"
         self.count.setText(said if self.field.text().strip() else "")
 

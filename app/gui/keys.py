@@ -24,6 +24,9 @@ def press(canvas: Canvas, event: QKeyEvent) -> bool:
     shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
     if ctrl:
         return _ctrl(canvas, key, shift)
+    if key in ARROWS and event.modifiers() & Qt.KeyboardModifier.AltModifier:
+        _step(canvas, *ARROWS[key])
+        return True
     if key in ARROWS:
         dx, dy = ARROWS[key]
         step = SNAP * (4 if shift else 1)
@@ -33,6 +36,26 @@ def press(canvas: Canvas, event: QKeyEvent) -> bool:
             canvas.pan(dx * 48, dy * 48)
         return True
     return _plain(canvas, key, event.isAutoRepeat())
+
+
+def _step(canvas: Canvas, dx: int, dy: int) -> None:
+    """Select the nearest node in a direction; the first if none is selected."""
+    items = canvas.board.nodes
+    chosen = [items[n] for n in canvas.session.selection if n in items]
+    if not chosen:
+        names = sorted(items, key=lambda n: (items[n].pos().x(), items[n].pos().y()))
+        canvas.session.select(names[:1])
+        return
+    here = chosen[-1].scene_rect().center()
+    best: tuple[float, str] | None = None
+    for name, item in items.items():
+        gap = item.scene_rect().center() - here
+        ahead, aside = gap.x() * dx + gap.y() * dy, abs(gap.x() * dy) + abs(gap.y() * dx)
+        if ahead > 1 and (best is None or ahead + 2 * aside < best[0]):
+            best = (ahead + 2 * aside, name)
+    if best is not None:
+        canvas.session.select([best[1]])
+        canvas.show_node(best[1])
 
 
 def _ctrl(canvas: Canvas, key: Qt.Key, shift: bool) -> bool:

@@ -90,6 +90,10 @@ class Rows(QStyledItemDelegate):
 class QuickAdd(QWidget):
     """The popup. Enter adds, Esc closes; with a wire in the hand only what fits it is offered.
 
+    Attributes
+    ----------
+    beside : the module goes beside the selected node and is wired to it, since the pointer is elsewhere
+
     Parameters
     ----------
     at : place of the canvas's window
@@ -100,6 +104,7 @@ class QuickAdd(QWidget):
         super().__init__(canvas.window(), Qt.WindowType.Popup | Qt.WindowType.FramelessWindowHint)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.canvas, self.at, self.held, self.look = canvas, at, held, canvas.look
+        self.beside = False
         self.setFixedSize(WIDTH, HEIGHT)
         self.field = QLineEdit(self, placeholderText="Name, alias or room of a module")
         self.field.setStyleSheet("QLineEdit { background: transparent; border: 0; }")
@@ -176,7 +181,7 @@ class QuickAdd(QWidget):
         place = canvas.mapToScene(self.at)
         self.close()
         shift = QPoint(0, -44) if held and held.out else QPoint(-150, -44) if held else QPoint(-75, -14)
-        if canvas.hands.add(match.module.id, place + shift, held):
+        if canvas.hands.add(match.module.id, None if self.beside else place + shift, held):
             count(match.module.id)
         canvas.setFocus()
 

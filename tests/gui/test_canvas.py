@@ -279,6 +279,15 @@ def test_arrow_keys_nudge_and_move_the_view(canvas: Canvas) -> None:
     assert canvas.session.network["lines"].view["position"][0] == canvas.session.network["contour"].view["position"][0]
 
 
+def test_alt_and_arrows_go_from_node_to_node(canvas: Canvas) -> None:
+    alt = Qt.KeyboardModifier.AltModifier
+    for key, expected in ((Qt.Key.Key_Right, "field"), (Qt.Key.Key_Right, "model"), (Qt.Key.Key_Left, "field")):
+        QTest.keyClick(canvas, key, alt)
+        assert canvas.session.selection == (expected,)
+    QTest.keyClick(canvas, Qt.Key.Key_Up, alt)
+    assert canvas.session.selection == ("field",)
+
+
 def test_delete_copy_paste_duplicate(canvas: Canvas) -> None:
     session = canvas.session
     session.select(["contour"])

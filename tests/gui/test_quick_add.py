@@ -149,6 +149,19 @@ def test_it_draws_and_says_when_nothing_fits(canvas: Canvas) -> None:
     popup.close()
 
 
+def test_by_keyboard_alone_a_row_is_built_and_wired(canvas: Canvas) -> None:
+    for words in ("analytic", "interpolate", "contour", "lines", "view"):
+        QTest.keyClick(canvas, Qt.Key.Key_Space)
+        popup = canvas.popup
+        assert popup is not None
+        popup.beside = True  # the pointer is elsewhere
+        QTest.keyClicks(popup.field, words)
+        QTest.keyClick(popup.field, Qt.Key.Key_Return)
+    network = canvas.session.network
+    assert network.order == ("analytic-1", "interpolate-1", "contour-1", "lines-1", "view-1")
+    assert len(network.wires) == 4
+
+
 def test_a_second_module_is_wired_to_the_selected_one(canvas: Canvas) -> None:
     canvas.hands.add("readers.analytic.analytic")
     canvas.hands.add("modellers.interpolate.interpolate")
