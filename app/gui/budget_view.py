@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QBrush, QColor, QFontMetrics, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QBrush, QColor, QFontMetrics, QHelpEvent, QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QSizePolicy, QToolTip, QVBoxLayout, QWidget
 
 from app.draw import numbers
 from app.gui import style
@@ -52,9 +52,18 @@ class Bars(QWidget):
             share = self.budget_size(one) / longest if longest else 0.0
             found.append((one.sign, one.name, one.stage, self._number(one), one.rigour, share, one.rule))
         for gap in self.budget.missing:
-            reason = gap.reason if gap.reason == "not given" or len(gap.reason) < 24 else "not given"
-            found.append((SIGNS["unknown"], gap.name, "", reason, "unknown", 1.0, gap.reason))
+            found.append((SIGNS["unknown"], gap.name, "", "not given", "unknown", 1.0, gap.reason))
         return found
+
+    def event(self, event: QEvent) -> bool:
+        """The rule of a source, or why it is not given, as a tooltip."""
+        if isinstance(event, QHelpEvent):
+            rows = self.rows()
+            at = event.pos().y() // ROW
+            if 0 <= at < len(rows):
+                QToolTip.showText(event.globalPos(), f"{rows[at][1]}\n{rows[at][6]}", self)
+                return True
+        return super().event(event)
 
     def budget_size(self, line: Line) -> float:
         """As it counts in the total."""
@@ -192,7 +201,8 @@ class BudgetView(QWidget):
         if total is None:
             return "" if not self.budget.missing else "Nothing is known of how large the error is."
         look = total.note or f"largest of {numbers.count(total.count)} {total.place}s"
-        some = f", {numbers.count(total.looked)} looked at" if total.looked < total.count else ""
+        looked = f", {numbers.count(total.looked)} of {numbers.count(total.count)} looked at"
+        some = looked if total.looked < total.count else ""
         unknown = " One source is not known: the true error may be larger." if self.budget.missing else ""
         return f"k = {self.budget.k:g}, {look}{some}.{unknown}"
 

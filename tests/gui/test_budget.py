@@ -22,7 +22,8 @@ def term(name: str, size: float, rigour: str = "proven", kind: str = "bound", qu
 
 
 def test_bounds_add_and_deviations_add_in_squares() -> None:
-    accuracy = Accuracy((term("a", 1.0), term("b", 2.0), term("c", 3.0, "estimated", "linear"), term("d", 4.0, "estimated", "linear")))
+    spread = term("c", 3.0, "estimated", "linear"), term("d", 4.0, "estimated", "linear")
+    accuracy = Accuracy((term("a", 1.0), term("b", 2.0), *spread))
     budget = budget_of(accuracy, 2.0)
     (total,) = budget.totals
     assert total.value == pytest.approx(3.0 + 2 * 5.0)
@@ -62,7 +63,8 @@ def width(rigour: str, share: float) -> int:
 
 
 @pytest.mark.parametrize(("rigour", "share", "low", "high"), [
-    ("proven", 0.5, 98, 102), ("estimated", 0.5, 98, 102), ("sampled", 0.5, 98, 102), ("exact", 0.0, 1, 3), ("unknown", 0.0, 180, 200),
+    ("proven", 0.5, 98, 102), ("estimated", 0.5, 98, 102), ("sampled", 0.5, 98, 102), ("exact", 0.0, 1, 3),
+    ("unknown", 0.0, 180, 200),
 ])  # fmt: skip
 def test_the_length_of_a_bar_in_each_pattern(qapp: Any, rigour: str, share: float, low: int, high: int) -> None:
     assert low <= width(rigour, share) <= high

@@ -54,7 +54,7 @@ while True:
 def test_a_killed_process_loses_at_most_its_last_second(after: float, tmp_path: Path, own_state: Path) -> None:
     file = tmp_path / "mine.json"
     field = '{"id": "field", "module": "readers.analytic.analytic", "version": 1, "parameters": {}}'
-    file.write_text('{"format": "nonius-network", "schema": 1, "nodes": [%s], "wires": []}' % field, "utf-8")
+    file.write_text(f'{{"format": "nonius-network", "schema": 1, "nodes": [{field}], "wires": []}}', "utf-8")
     before = file.read_bytes()
     code = CHILD.format(path=[p for p in sys.path if p], file=str(file))
     env = {**os.environ, "NONIUS_STATE": str(own_state), "QT_QPA_PLATFORM": "offscreen"}

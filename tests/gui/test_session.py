@@ -238,7 +238,8 @@ def test_a_glance_is_computed_elsewhere_and_told(session_of: Callable[..., Sessi
     from app.engine.catalogue import mine
 
     real = session_of(mine())
-    field = real.network.add("readers.analytic.analytic", real.catalogue, id="field", parameters={"samples": (17, 17), "noise": 0.01})
+    parameters = {"samples": (17, 17), "noise": 0.01}
+    field = real.network.add("readers.analytic.analytic", real.catalogue, id="field", parameters=parameters)
     network = field.add("interpolate", real.catalogue, id="model")
     real.edit("Add", network.connect("field", "samples", "model", "samples", real.catalogue))
     real.select(["model"])

@@ -1,0 +1,214 @@
+"""The window: actions from one table, files opened and dropped, the guard of unsaved changes, no stall under load."""
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QSettings, Qt
+from PySide6.QtGui import QKeySequence
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMessageBox
+
+from app import paths, theme
+from app.engine.catalogue import Catalogue, mine
+from app.gui import dropping, style
+from app.gui.actions import ACTIONS, MENUS, TOOLBAR, WORDED, by_id
+from app.gui.main_window import MainWindow
+from app.gui.palette import Palette
+from app.gui.session import Session
+from modules.api import EXACT, Samples, Value, modeller, reader
+
+
+@pytest.fixture(autouse=True)
+def own_settings(tmp_path: Path, qapp: Any) -> None:
+    QSettings.setDefaultFormat(QSettings.Format.IniFormat)
+    QSettings.setPath(QSettings.Format.IniFormat, QSettings.Scope.UserScope, str(tmp_path / "settings"))
+
+
+@pytest.fixture
+def window(session_of: Callable[..., Session], qtbot: Any) -> Iterator[MainWindow]:
+    style.choose("dark")
+    made = MainWindow(session_of(mine()))
+    made.resize(1200, 800)
+    made.show()
+    yield made
+    made.session.history.saved()
+    made.close()
+    made.deleteLater()
+
+
+# --- actions
+
+
+def test_every_action_is_done_by_a_command_and_stands_in_a_menu(window: MainWindow) -> None:
+    for action in ACTIONS:
+        assert callable(getattr(window.commands, action.id))
+        assert action.menu in MENUS
+        assert window.made[action.id] in window.menus[action.menu].actions()
+    assert {name for name in TOOLBAR if name != "|"} | set(WORDED) <= set(by_id())
+
+
+def test_no_key_is_given_twice(window: MainWindow) -> None:
+    keys = Counter(QKeySequence(a.key).toString() for a in ACTIONS if a.key)
+    assert not [key for key, n in keys.items() if n > 1]
+    assert not [a.id for a in ACTIONS if a.key and QKeySequence(a.key).isEmpty()]
+
+
+def test_what_cannot_be_done_is_grey(window: MainWindow) -> None:
+    assert not window.made["undo"].isEnabled() and not window.made["fire"].isEnabled()
+    session = window.session
+    session.edit("Add", session.network.add("interpolate", session.catalogue, id="model"))
+    session.select(["model"])
+    assert window.made["fire"].isEnabled()
+    assert window.made["undo"].text() == "Undo “Add”"
+
+
+def test_the_palette_finds_and_does(window: MainWindow, qtbot: Any) -> None:
+    palette = Palette(window)
+    palette.show()
+    QTest.keyClicks(palette.field, "light")
+    assert palette.list.count() >= 1
+    palette.fill("light")
+    QTest.keyClick(palette.field, Qt.Key.Key_Return)
+    assert style.present().name == "light"
+    style.choose("dark")
+
+
+# --- looks
+
+
+@pytest.mark.parametrize("name", ["light", "dark"])
+def test_a_theme_is_made_of_roles_alone(qapp: Any, name: str) -> None:
+    sheet = style.sheet(theme.theme(name))
+    assert "$" not in sheet
+    assert theme.theme(name)["panel"] in sheet
+
+
+def test_there_is_no_colour_in_the_window_but_by_its_role() -> None:
+    import re
+
+    folder = paths.HERE / "gui"
+    for file in folder.rglob("*.py"):
+        assert not re.findall(r"#[0-9A-Fa-f]{6}\b", file.read_text("utf-8")), file.name
+
+
+def test_every_named_icon_is_there() -> None:
+    folder = paths.data("resources") / "icons"
+    for action in ACTIONS:
+        assert not action.icon or (folder / f"{action.icon}.svg").is_file()
+
+
+# --- files
+
+
+def test_the_title_shows_the_file_and_a_dot_for_changes(window: MainWindow, tmp_path: Path) -> None:
+    session = window.session
+    session.edit("Add", session.network.add("interpolate", session.catalogue, id="model"))
+    assert window.windowTitle().startswith("New network •")
+    session.save(tmp_path / "mine.json")
+    assert window.windowTitle().startswith("mine.json –")
+    window.commands.open_path(tmp_path / "mine.json")
+    assert tmp_path / "mine.json" in window.commands.recent()
+
+
+def test_a_file_that_cannot_be_opened_says_why_and_keeps_the_network(window: MainWindow, tmp_path: Path, qtbot: Any) -> None:
+    (tmp_path / "bad.json").write_text("{", "utf-8")
+    with qtbot.waitSignal(window.session.message) as said:
+        window.commands.open_path(tmp_path / "bad.json")
+    assert said.args[0] == "error"
+    assert window.status.said.text()
+
+
+@pytest.mark.parametrize(("answer", "stays"), [("Discard", False), ("Cancel", True)])
+def test_unsaved_changes_are_asked_about(window: MainWindow, monkeypatch: pytest.MonkeyPatch, answer: str, stays: bool) -> None:
+    session = window.session
+    session.edit("Add", session.network.add("interpolate", session.catalogue, id="model"))
+
+    def choose(box: QMessageBox) -> int:
+        next(b for b in box.buttons() if b.text() == answer).click()
+        return 0
+
+    monkeypatch.setattr(QMessageBox, "exec", choose)
+    window.commands.new()
+    assert bool(session.network.nodes) is stays
+
+
+def test_data_that_are_dropped_are_read_modelled_and_drawn(window: MainWindow, tmp_path: Path, qtbot: Any) -> None:
+    y, x = np.mgrid[-1:1:17j, -1:1:17j]
+    np.save(tmp_path / "heights.npy", np.exp(-3 * (x**2 + y**2)))
+    window.take([tmp_path / "heights.npy"])
+    qtbot.waitUntil(lambda: bool(window.session.network.nodes), timeout=10000)
+    session = window.session
+    (view,) = session.views()
+    qtbot.waitUntil(lambda: session.outputs(view) is not None, timeout=60000)
+    qtbot.waitUntil(lambda: window.views.panes[0].back.tag is not None, timeout=60000)
+    assert window.stack.currentWidget() is window.work
+
+
+def test_a_file_that_nobody_reads_says_so(window: MainWindow, tmp_path: Path, qtbot: Any) -> None:
+    (tmp_path / "what.bin").write_bytes(b"\0" * 16)
+    with qtbot.waitSignal(window.session.message, timeout=10000) as said:
+        window.take([tmp_path / "what.bin"])
+    assert said.args[0] == "error" and "what.bin" in said.args[1]
+
+
+def test_networks_and_our_pictures_are_opened(made: Path) -> None:
+    assert dropping.is_network(made / "peak.json") and dropping.is_network(made / "peak.png")
+    assert not dropping.is_network(made / "heights.npy")
+
+
+def test_a_network_from_a_picture_opens_frozen(window: MainWindow, made: Path, qtbot: Any) -> None:
+    said: list[str] = []
+    window.session.message.connect(lambda kind, words: said.append(words))
+    window.commands.open_path(made / "peak.png")
+    assert window.session.frozen and window.session.path is None
+    assert any("reads" in words for words in said)
+    qtbot.wait(50)
+    assert not window.session.runs.busy
+
+
+# --- load
+
+SIDE = 256
+
+
+@reader("Volume", output="samples")
+def volume() -> Samples:
+    """A field of 256 x 256 x 256.
+
+    Accuracy: exact.
+    """
+    z = np.linspace(0, 1, SIDE, dtype=np.float32)
+    return Samples.from_array(z[:, None, None] * z[None, :, None] + z[None, None, :], name="field", accuracy=EXACT)
+
+
+@modeller("Sum", output="value", independent={"value": ("samples",)})
+def total(samples: Samples) -> Value:
+    """Its sum.
+
+    Accuracy: exact.
+    """
+    values = np.asarray(samples.values)
+    for _ in range(4):
+        found = float(np.sqrt(values**2 + 1.0).sum())
+    return Value(value=found, accuracy=EXACT)
+
+
+def test_a_large_field_is_processed_without_a_stall(session_of: Callable[..., Session], qtbot: Any, stalls: Any) -> None:
+    catalogue = Catalogue.of([volume, total])
+    session = session_of(catalogue)
+    window = MainWindow(session)
+    qtbot.addWidget(window)
+    window.show()
+    network = session.network.add("volume", catalogue, id="volume").add("total", catalogue, id="total")
+    session.edit("Add", network.connect("volume", "samples", "total", "samples", catalogue))
+    qtbot.wait(300)
+    with stalls() as worst:
+        session.run_all()
+        qtbot.waitUntil(lambda: session.state("total").kind == "clean", timeout=60000)
+    session.history.saved()
+    window.shut()
+    assert worst() < 0.05
