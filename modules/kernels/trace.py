@@ -28,7 +28,7 @@ from modules.kernels._jit import jit
 from modules.kernels.runge_kutta import PAIRS
 from modules.kernels.trace_cell import Flow, Here, load, nowhere, onwards
 from modules.kernels.trace_march import Rules, advance, begin, distance, follow, shortened, write
-from modules.kernels.trace_step import Step, Tableau, blank
+from modules.kernels.trace_step import Step, Tableau, along, blank
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -41,7 +41,8 @@ REASONS = (
 """In words, by the number in `Traces.reason`."""
 
 _TIME, _PLACE, _VELOCITY, _RESIDUAL, _ERROR, _LOCAL, _WIDTH = 0, 1, 4, 7, 10, 13, 16
-_END, _LEFT, _HOLE, _LENGTH, _STEPS, _STALLED, _FACE = m.END, m.LEFT, m.HOLE, m.LENGTH, m.STEPS, m.STALLED, m.FACE
+_END, _LEFT, _HOLE, _LENGTH, _STEPS, _STALLED = m.END, m.LEFT, m.HOLE, m.LENGTH, m.STEPS, m.STALLED
+_INSIDE, _FACE = m.INSIDE, m.FACE
 _TINY = 200  # steps below the smallest worth taking, one after the other, that end a trace
 
 
@@ -220,6 +221,17 @@ def _room(rows: Floats, n: int) -> Floats:
 
 
 @jit
+def _in_time(rules: Rules, step: Step, t: float, how: int, taken: float) -> tuple[int, float]:
+    """How a step ends and its time, cut at the end time: a step to a face may go a little beyond."""
+    if t + taken <= rules.end or not step.size[0] > 0.0:
+        return how, taken
+    theta = min((rules.end - t) / step.size[0], 1.0)
+    for c in range(3):
+        step.end[c] = along(step, c, theta)
+    return _INSIDE, rules.end - t
+
+
+@jit
 def _beyond(flow: Flow, here: Here, rules: Rules, how: int, where: Integers) -> int:
     """Go on into the cell beyond the face that a step ended on; END, or why there is none."""
     if how != _FACE:
@@ -289,6 +301,7 @@ def _one(
             counts[0] = how
             break
         counts[1] += 1
+        how, taken = _in_time(rules, step, t, how, taken)
         tiny = tiny + 1 if taken < rules.smallest else 0
         short = shortened(rules, step, taken, sums[0])
         if short < taken or sums[0] >= rules.length:

@@ -217,6 +217,12 @@ def test_length_steps_rest_and_backwards() -> None:
     assert found.points[-1] == pytest.approx([0.0, -0.5, 0.0], abs=1e-6)
 
 
+def test_no_row_lies_beyond_the_end_time() -> None:
+    seeds = np.random.default_rng(2).uniform(2.0, 4.0, (40, 3))
+    found = march(abc(33), seeds, interval=0.5, end=0.5)
+    assert found.time.reshape(40, 2)[:, 1] == pytest.approx(0.5, abs=1e-12)
+
+
 def test_a_map_and_uneven_axes() -> None:
     x, y = np.array([-1.0, -0.6, 0.1, 0.3, 1.0]), np.array([-1.0, 0.0, 0.7, 1.0])
     yy, xx = np.meshgrid(y, x, indexing="ij")
