@@ -115,7 +115,7 @@ assert not heavy, heavy
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True)
 
 
-@pytest.mark.parametrize("words", [["--help"], ["run", "--help"], ["check", "--help"], ["--version"], []])
+@pytest.mark.parametrize("words", [["--help"], ["run", "--help"], ["check", "--help"], ["--version"], ["gui", "--help"]])
 def test_help(nonius: Nonius, words: list[str]) -> None:
     said = nonius(*words)
     assert said.code == 0

@@ -12,6 +12,7 @@ from app.gui import icons, style
 from app.gui.session import Session
 
 GIGA = 1 << 30
+LONGEST = 34
 
 
 class Status(QStatusBar):
@@ -137,7 +138,8 @@ class Overall(QWidget):
             fraction = done / max(1, whole)
         for part in (self.bar, self.words):
             part.setVisible(bool(words))
-        self.words.setText(words)
+        self.words.setText(words if len(words) <= LONGEST else words[: LONGEST - 1] + "…")
+        self.words.setToolTip(words)
         self.bar.setValue(round(100 * fraction))
 
 

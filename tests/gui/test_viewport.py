@@ -15,8 +15,8 @@ from app.gui.session import Session
 from app.gui.studio import Studio
 from app.gui.viewport_widget import Views
 
-CAMERA = {"position": [0.0, -10.0, 0.0], "focal": [0.0, 0.0, 0.0], "up": [0.0, 0.0, 1.0], "angle": 30.0, "height": 4.0,
-          "parallel": False}  # fmt: skip
+CAMERA: dict[str, Any] = {"position": [0.0, -10.0, 0.0], "focal": [0.0, 0.0, 0.0], "up": [0.0, 0.0, 1.0],
+          "angle": 30.0, "height": 4.0, "parallel": False}  # fmt: skip
 
 
 def surface(session: Session) -> None:

@@ -1,5 +1,6 @@
 """The window: actions from one table, files opened and dropped, the guard of unsaved changes, no stall under load."""
 
+import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -168,6 +169,21 @@ def test_a_network_from_a_picture_opens_frozen(window: MainWindow, made: Path, q
     assert any("reads" in words for words in said)
     qtbot.wait(50)
     assert not window.session.runs.busy
+
+
+# --- the command line
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
+@pytest.mark.parametrize("words", [[], ["gui"], ["gui", "jacksboro"]])
+def test_without_a_display_the_window_is_refused_in_a_sentence(
+    nonius: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, words: list[str]
+) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+        monkeypatch.delenv(name, raising=False)
+    said = nonius(*words)
+    assert said.code == 2
+    assert "no display" in said.err and "nonius run" in said.err
 
 
 # --- load
