@@ -1,0 +1,114 @@
+"""What is known of where a traced particle is: terms from the integration, the data, the model and the seeds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array, vstack
+
+from modules.api import Accuracy, Flag, Gather, Geometry, Identity, Matrix, Missing, Model, Source, Term
+from modules.mappers._trace_run import MOST_ANSWERS, RKSUITE, Answers, Run
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+HALF_STEPS = Source(
+    "Integration", "mapping", "estimated",
+    "two half steps for each step, times 2^p / (2^p - 1); Lopes 1999, 5.2.4 [two half steps/1]",
+)  # fmt: skip
+AGAIN = Source(
+    "Integration", "mapping", "estimated",
+    "a second integration with a tenth of the tolerance; Lopes 1999, 5.2.4 [re-integration/1]",
+)  # fmt: skip
+RESIDUAL = Source(
+    "Velocity residual", "mapping", "exact", "dp/dt of the dense output less V(p); Lopes 1999, (5.8) [residual/1]"
+)  # fmt: skip
+
+
+def integration(kind: str, error: Floats, unit: str) -> Accuracy:
+    """The estimate of the global error along the traces as a term; what is missing if none was asked for."""
+    if kind == "none":
+        return Accuracy(missing=(Missing("Integration", "no estimate was asked for"),))
+    source = HALF_STEPS if kind == "half steps" else AGAIN
+    return Accuracy((_vector(source, error, "position", unit),))
+
+
+def residual(error: Floats, unit: str) -> Term:
+    """The velocity that the dense output infers less that of the model."""
+    return _vector(RESIDUAL, error, "velocity", unit)
+
+
+def _vector(source: Source, error: Floats, quantity: str, unit: str) -> Term:
+    flat = np.ascontiguousarray(error).ravel()
+    return Term(source, "signed", quantity, unit, flat, Identity(len(flat)), "point", 3)
+
+
+def inherited(
+    model: Model, seeds: Geometry, seed: Ints, found: list[Answers] | None, rows: Ints, unit: str, asked: bool
+) -> Accuracy:
+    """Errors of the samples, of the law and of the seeds, brought along the traces.
+
+    Parameters
+    ----------
+    model, seeds : whose errors they are
+    seed : (n,) the seed of each point
+    found : the answers of all runs; None if there are none
+    rows : (n,) row of each point in these
+    unit : of lengths
+    asked : whether they were asked for
+    """
+    if found is None:
+        why = (
+            f"more than {MOST_ANSWERS} answers of positions to samples: fewer particles or samples can carry them"
+            if asked
+            else "not brought along the traces: 'carry' is off"
+        )
+        return Accuracy(missing=(Missing("Errors of data and model", why),)).end_from(model.accuracy, why).end_from(
+            seeds.accuracy, why
+        )
+    parts: list[Term] = []
+    three = (rows[:, None] * 3 + np.arange(3)).ravel()
+    matrix = Matrix(csr_array(vstack([a.samples for a in found], format="csr"))[three])
+    own = model.own
+    for term in model.accuracy.select("value", "point"):
+        if term is not own:
+            parts.append(term.push(matrix, quantity="position", unit=unit, place="point", components=3))
+    if own is not None:
+        drift = np.concatenate([a.drift for a in found])[rows].ravel()
+        parts.append(Term(own.source, "signed", "position", unit, drift, Identity(len(drift)), "point", 3, own.id))
+    growth = np.concatenate([a.growth for a in found])[rows]
+    index = np.repeat(3 * seed[:, None] + np.arange(3), 3, axis=0).reshape(-1, 3)
+    carry = Gather(index, growth.reshape(-1, 3), 3 * len(seeds.points))
+    moved = [t.push(carry) for t in seeds.accuracy.select("position", "point") if t.components == 3]
+    ways = [(Accuracy((t,)), None) for t in (*parts, *moved)]
+    missing = Accuracy(missing=(*model.accuracy.missing, *seeds.accuracy.missing))
+    carried = Accuracy.join([(missing, None), *ways])
+    why = "errors of this kind are not brought along a trace"
+    return carried.end_from(model.accuracy, why).end_from(seeds.accuracy, why)
+
+
+def trusted(runs: list[Run], time: Floats, seed: Ints, kind: str) -> list[Flag]:
+    """Points from where on RKSUITE's test finds the assessment not credible."""
+    if kind != "half steps":
+        return []
+    late = np.zeros(len(time), bool)
+    for run in runs:
+        late |= time * run.sign > run.traces.trusted[seed]
+    bad = np.flatnonzero(late)
+    if not len(bad):
+        return []
+    traces = len(np.unique(seed[bad]))
+    words = (
+        f"the estimate is not credible at {len(bad)} of {len(time)} points of {traces} traces, by RKSUITE's rule: the half "
+        "steps are not much better than the steps; steps that end on the faces of cells, or a smaller tolerance, help"
+    )
+    return [Flag(RKSUITE, words, "point", bad)]
+
+
+def elsewhere(model: Model, seeds: Geometry) -> Accuracy:
+    """The accuracy of the table of ends: it is that of the last points."""
+    why = "where a trace ends is as accurate as its last point: look at the traces"
+    told = Accuracy(missing=(Missing("Accuracy of the ends", why),))
+    return replace(told.end_from(model.accuracy, why).end_from(seeds.accuracy, why), missing=told.missing)

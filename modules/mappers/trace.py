@@ -1,0 +1,210 @@
+"""Particle traces through a steady flow, and how far each of their points may be from where the particle is."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from modules import kernels
+from modules.api import (
+    Accuracy,
+    Annotated,
+    Cells,
+    Field,
+    Geometry,
+    Literal,
+    Model,
+    NamedTuple,
+    Progress,
+    Range,
+    Table,
+    mapper,
+)
+from modules.mappers import _trace_accuracy as known
+from modules.mappers._trace_run import Run, against, answers, flow, follow, order
+
+Floats = NDArray[np.float64]
+
+CROSSINGS = 2.0
+"""Automatic end time: that of so many diagonals of the domain at the mean speed."""
+
+
+class Traced(NamedTuple):
+    """Traces as lines with times, and how each of them ends."""
+
+    traces: Geometry
+    ends: Table
+
+
+@mapper("Particle traces", aliases=("streamlines", "advect", "integrate", "flow lines", "Runge-Kutta", "GenPathAccuracy"))
+def trace(
+    model: Model,
+    seeds: Geometry,
+    progress: Progress,
+    *,
+    pair: Literal[
+        "Dormand-Prince 5(4)", "Bogacki-Shampine 3(2)", "Euler", "Heun", "midpoint", "RK4"
+    ] = "Dormand-Prince 5(4)",
+    control: Literal["extent", "nag", "fixed", "cell", "curvature"] = "extent",
+    tolerance: Annotated[float, Range(1e-12, 1e-2, log=True)] = 1e-6,
+    step: Annotated[float, Range(1e-3, 1, log=True)] = 0.2,
+    direction: Literal["forward", "backward", "both"] = "forward",
+    end_time: Annotated[float | None, Range(low=0)] = None,
+    interval: Annotated[float | None, Range(low=0)] = None,
+    longest: Annotated[float | None, Range(low=0)] = None,
+    steps: Annotated[int, Range(1, 1_000_000, log=True)] = 20_000,
+    restarts: bool = True,
+    estimate: Literal["half steps", "re-integration", "none"] = "half steps",
+    carry: bool = True,
+) -> Traced:
+    """The paths of particles that follow a steady velocity, from each seed until the end time, the border or rest.
+
+    Parameters
+    ----------
+    model : velocity, of two or three components, on a regular or rectilinear grid
+    seeds : where particles begin
+    pair : Runge-Kutta method; the first two estimate their local errors, the others need another control of the steps
+    control : extent (local error over the size of the domain), nag (over the coordinate itself, thesis 5.3 to 5.7: near a
+        border at coordinate 0 it depends on where the origin is), fixed steps, by cell size over speed, or by curvature
+    tolerance : largest local error of a step, as a part of what `control` says
+    step : fixed: the time step; cell: part of a cell; curvature: angle in radians that a step may turn
+    direction : forward, backward or both from each seed
+    end_time : time to follow each particle; automatic: that of two diagonals of the domain at the mean speed
+    interval : time between the points of a trace; automatic: one at each step
+    longest : length at which a trace ends, measured along its steps; automatic: any
+    steps : at most so many in each direction
+    restarts : steps end on the faces of cells, where the linear model has a kink; without, the order of the method is lost
+    estimate : of the integration's error: two half steps beside each step, a second integration with a tenth of the
+        tolerance (and twice the steps in each cell, with restarts), or none
+    carry : errors of samples, model and seeds are brought along the traces
+
+    Raises
+    ------
+    ValueError : the model is not a velocity on such a grid, a setting does not fit the method, or re-integration without
+        an interval, whose times both integrations share
+
+    Accuracy: the integration's error is estimated along each trace; errors of samples, of the model and of the seeds are
+        carried by the derivative of the flow, exact to first order. The velocity residual is exact and is no position.
+    Source: Lopes 1999, chapter 5, with steps restarted at the faces of cells; Alekseev-Groebner integral for the errors of
+        data and model.
+    """
+    if estimate == "re-integration" and not interval:
+        raise ValueError("re-integration compares positions at equal times: give an interval")
+    forward = flow(model, 1)
+    at = _inside(seeds.points, model)
+    end = _end_time(forward, end_time)
+    rules: dict[str, Any] = {
+        "control": control, "tolerance": tolerance, "size": step, "end": end, "interval": interval or 0.0,
+        "length": math.inf if longest is None else longest, "steps": steps, "faces": restarts,
+    }  # fmt: skip
+    signs = {"forward": (1,), "backward": (-1,), "both": (-1, 1)}[direction]
+    runs, errors, found = [], [], []
+    for i, sign in enumerate(signs):
+        part = progress.part(i / len(signs), (i + 1) / len(signs))
+        run, error = _run(model, sign, at, pair, rules, estimate, part)
+        runs.append(run)
+        errors.append(error)
+        found.append(answers(model, run, at, part) if carry else None)
+    whole = [f for f in found if f is not None]
+    return _drawn(model, seeds, runs, errors, whole if len(whole) == len(found) else None, estimate, carry)
+
+
+def _run(
+    model: Model, sign: int, at: Floats, pair: str, rules: dict[str, Any], estimate: str, progress: Progress
+) -> tuple[Run, Floats]:
+    """Follow all particles in one direction; and the estimated error of each position."""
+    field = flow(model, sign)
+    run = follow(field, sign, at, pair, {**rules, "assess": estimate == "half steps"}, progress)
+    if estimate != "re-integration":
+        return run, run.traces.error
+    controlled = rules["control"] in ("extent", "nag")
+    finer = {"tolerance": rules["tolerance"] / 10} if controlled else {"size": rules["size"] / 2}
+    again = follow(field, sign, at, pair, {**rules, **finer, "halve": rules["faces"]}, progress)
+    return run, against(run.traces, again.traces)
+
+
+def _inside(points: Floats, model: Model) -> Floats:
+    at = points.copy()
+    if model.grid.dimensions == 2:
+        at[:, 2] = 0.0
+    return at
+
+
+def _end_time(field: Any, end_time: float | None) -> float:
+    if end_time is not None:
+        return end_time
+    low, high = (np.array([axis[k] for axis in field[1:]]) for k in (0, -1))
+    speed = np.sqrt(np.nanmean((field.values**2).sum(axis=-1)))
+    return float(CROSSINGS * np.linalg.norm(high - low) / speed) if speed > 0 else 1.0
+
+
+def _drawn(
+    model: Model, seeds: Geometry, runs: list[Run], errors: list[Floats], found: list[Any] | None, estimate: str, asked: bool
+) -> Traced:
+    """Lines, values and accuracy of all runs, and the table of ends."""
+    rows, offsets, seed = order(runs)
+    sign = np.repeat([r.sign for r in runs], [len(r.traces.time) for r in runs])[rows]
+    column = {
+        name: np.concatenate([getattr(r.traces, name) for r in runs])[rows]
+        for name in ("time", "points", "velocity", "residual", "local")
+    }
+    unit = model.grid.frame.length_unit(model.grid.dimensions)
+    time, velocity = column["time"] * sign, column["velocity"] * sign[:, None]
+    accuracy = Accuracy.join([
+        (known.integration(estimate, np.concatenate(errors)[rows], unit), None),
+        (Accuracy((known.residual(column["residual"] * sign[:, None], model.unit),)), None),
+        (known.inherited(model, seeds, seed, found, rows, unit, asked), None),
+    ]).flag(*known.trusted(runs, time, seed, estimate))  # fmt: skip
+    drawn = np.flatnonzero(np.diff(offsets) > 1)
+    lines = Cells.of([range(offsets[i], offsets[i + 1]) for i in drawn])
+    traces = Geometry(
+        points=column["points"],
+        lines=lines,
+        values={
+            "time": Field(time, "point", _time_unit(model.unit, unit)),
+            "speed": Field(np.linalg.norm(velocity, axis=1), "point", model.unit),
+            "velocity": Field(velocity, "point", model.unit),
+            "local error": Field(np.linalg.norm(column["local"], axis=1), "point", unit),
+            "seed": Field(drawn, "cell"),
+        },
+        origin=drawn.astype(np.int64),
+        cell=float(min(np.diff(a).min() for a in model.grid.axes)),  # type: ignore[attr-defined]  # flow() refused others
+        frame=model.grid.frame,
+        name=model.samples.name,
+        time=model.samples.time,
+        accuracy=accuracy,
+    )
+    return Traced(traces, _ends(model, seeds, runs))
+
+
+def _time_unit(velocity: str, length: str) -> str:
+    return velocity[len(length) + 1 :] if length and velocity.startswith(f"{length}/") else ""
+
+
+def _ends(model: Model, seeds: Geometry, runs: list[Run]) -> Table:
+    """How each trace ends: why, when and where, and what it took."""
+    names: tuple[str, ...] = kernels.trace.REASONS
+    columns: dict[str, list[NDArray[Any]]] = {}
+    for run in runs:
+        t = run.traces
+        last = np.maximum(t.offsets[1:] - 1, 0)
+        some = np.diff(t.offsets) > 0
+        place = np.where(some[:, None], t.points[last] if len(t.points) else 0.0, seeds.points)
+        time = np.where(some, t.time[last] if len(t.time) else 0.0, 0.0) * run.sign
+        values = {
+            "seed": np.arange(len(some)), "reason": np.array([names[k] for k in t.reason], dtype=np.str_), "time": time,
+            "x": place[:, 0], "y": place[:, 1], "z": place[:, 2], "length": t.length, "steps": t.steps,
+            "refused": t.refused, "evaluations": t.evaluations,
+        }  # fmt: skip
+        for name, value in values.items():
+            columns.setdefault(name, []).append(value)
+    unit = model.grid.frame.length_unit(model.grid.dimensions)
+    return Table(
+        columns={name: np.concatenate(parts) for name, parts in columns.items()},
+        units={**dict.fromkeys(("x", "y", "z", "length"), unit), "time": _time_unit(model.unit, unit)},
+        name="ends",
+        accuracy=known.elsewhere(model, seeds),
+    )

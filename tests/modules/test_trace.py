@@ -1,0 +1,147 @@
+"""The mapper `trace`, through its public door: traces, their terms, and what it refuses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from modules.api import EXACT, Geometry, Model, Progress, Samples
+from modules.mappers.seeds import seeds
+from modules.mappers.trace import trace
+from modules.modellers.interpolate import interpolate
+from modules.progress import Cancelled, Stop
+from modules.readers.analytic import analytic
+
+ABC = "1.7320508*sin(z)+cos(y);1.4142136*sin(x)+1.7320508*cos(z);sin(y)+1.4142136*cos(x)"
+
+
+def abc(noise: float = 0.0, seed: int = 1) -> Model:
+    box: dict[str, Any] = {"low": (0, 0, 0), "high": (2 * np.pi,) * 3, "samples": (11, 11, 11)}
+    return interpolate(analytic(formula=ABC, unit="m/s", lengths="m", noise=noise, seed=seed, **box))
+
+
+def some(model: Model, count: int = 6) -> Geometry:
+    return seeds(model, arrangement="random", count=count, first=(2, 2, 2), last=(4, 4, 4))
+
+
+def term(traces: Geometry, name: str) -> Any:
+    (found,) = [t for t in traces.accuracy.terms if t.name == name]
+    return found
+
+
+def test_lines_with_times_and_how_they_end() -> None:
+    model = abc()
+    traces, ends = trace(model, some(model), Progress(), interval=0.1, end_time=0.55)
+    assert len(traces.polylines()) == 6 and len(ends.columns["reason"]) == 6
+    times = traces.values["time"].values.reshape(6, -1)
+    assert times[0] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.55])
+    assert traces.values["time"].unit == "s"
+    assert set(ends.columns["reason"]) == {"end time"}
+    at, _ = model.at(traces.points)
+    assert traces.values["velocity"].values == pytest.approx(at, abs=1e-9)
+
+
+def test_both_directions_are_one_line_through_the_seed() -> None:
+    model = abc()
+    start = some(model, 3)
+    traces, ends = trace(model, start, Progress(), interval=0.1, end_time=0.3, direction="both")
+    for line, seed, times in zip(
+        traces.polylines(), start.points, traces.values["time"].values.reshape(3, -1), strict=True
+    ):
+        assert times == pytest.approx(np.arange(-3, 4) * 0.1)
+        assert line[3] == pytest.approx(seed)
+    assert len(ends.columns["seed"]) == 6
+    error = term(traces, "Integration").size().reshape(3, -1)
+    assert (error[:, 3] == 0).all() and (error[:, [0, -1]] > 0).all()
+
+
+def test_the_estimate_is_the_error_either_way() -> None:
+    model = abc()
+    start = some(model, 20)
+    common: dict[str, Any] = {"interval": 0.1, "end_time": 0.5}
+    fine = trace(model, start, Progress(), tolerance=1e-12, carry=False, **common).traces
+    for kind in ("half steps", "re-integration"):
+        coarse = trace(model, start, Progress(), tolerance=1e-4, estimate=kind, **common).traces
+        assert coarse.counts == fine.counts
+        true = np.linalg.norm(coarse.points - fine.points, axis=1)
+        late = true > 1e-9
+        assert np.median(term(coarse, "Integration").size()[late] / true[late]) == pytest.approx(1.0, abs=0.1)
+
+
+def test_noise_of_the_samples_is_carried_as_it_does() -> None:
+    sigma, base = 0.03, abc(0.03)
+    start = some(base, 4)
+    common: dict[str, Any] = {"interval": 0.25, "end_time": 0.5}
+    stated = term(trace(base, start, Progress(), **common).traces, "Added noise").error()
+    clean = analytic(formula=ABC, low=(0, 0, 0), high=(2 * np.pi,) * 3, samples=(11, 11, 11))
+    random = np.random.default_rng(0)
+    runs = []
+    for _ in range(150):
+        values = clean.values + sigma * random.standard_normal(clean.values.shape)
+        noisy = interpolate(Samples(grid=clean.grid, values=values, accuracy=EXACT))
+        runs.append(trace(noisy, start, Progress(), carry=False, estimate="none", **common).traces.points)
+    spread = np.std(runs, axis=0, ddof=1)
+    late = spread > 1e-9
+    assert late.sum() == 24
+    assert np.median(stated[late] / spread[late]) == pytest.approx(1.0, abs=0.08)
+
+
+def test_the_model_knows_how_far_its_traces_are_off() -> None:
+    """Signed, so it tells the direction: taking it off leaves a fraction."""
+    model = abc()
+    start = some(model, 10)
+    traces = trace(model, start, Progress(), interval=0.5, end_time=0.5, tolerance=1e-9).traces
+    fine = interpolate(analytic(formula=ABC, low=(0, 0, 0), high=(2 * np.pi,) * 3, samples=(81, 81, 81)))
+    true = trace(fine, start, Progress(), interval=0.5, end_time=0.5, tolerance=1e-9, carry=False).traces
+    off = (traces.points - true.points)[1::2]
+    told = term(traces, "Interpolation between samples").error()[1::2]
+    assert np.linalg.norm(off - told, axis=1).max() < 0.5 * np.linalg.norm(off, axis=1).max()
+    assert np.median(np.linalg.norm(told, axis=1) / np.linalg.norm(off, axis=1)) == pytest.approx(1.0, abs=0.25)
+
+
+def test_what_is_not_carried_says_so() -> None:
+    model = abc(0.01)
+    start = some(model, 2)
+    traces, ends = trace(model, start, Progress(), end_time=0.2, carry=False, estimate="none")
+    assert {m.name for m in traces.accuracy.missing} == {"Errors of data and model", "Integration"}
+    told = {t.id for t in (*model.accuracy.terms, *start.accuracy.terms)}
+    for output in (traces, ends):
+        assert told <= output.accuracy.accounted()
+    assert traces.accuracy.rigour("position") == "unknown"
+
+
+def test_a_seed_outside_and_a_map() -> None:
+    model = interpolate(analytic(formula="-y;x", samples=(9, 9)))
+    start = Geometry(points=np.array([[0.5, 0, 0], [5.0, 0, 0]]), accuracy=EXACT)
+    traces, ends = trace(model, start, Progress(), end_time=np.pi)
+    assert ends.columns["reason"].tolist() == ["end time", "began outside"]
+    assert len(traces.lines) == 1 and (traces.points[:, 2] == 0).all()
+    assert traces.points[-1] == pytest.approx([-0.5, 0, 0], abs=1e-4)
+
+
+def test_without_restarts_what_is_not_credible_is_flagged() -> None:
+    model = abc()
+    traces = trace(model, some(model), Progress(), restarts=False, end_time=2.0, carry=False).traces
+    (flag,) = traces.accuracy.flags
+    assert flag.name == "no assessment" and "RKSUITE" in flag.words and flag.count > 0
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    model = abc()
+    with pytest.raises(ValueError, match="give an interval"):
+        trace(model, some(model), Progress(), estimate="re-integration")
+    with pytest.raises(ValueError, match="no error estimate"):
+        trace(model, some(model), Progress(), pair="RK4")
+    with pytest.raises(ValueError, match="vectors"):
+        trace(interpolate(analytic(samples=(5, 5))), some(model), Progress())
+    with pytest.raises(ValueError, match="linear model"):
+        trace(interpolate(model.samples, law="nearest"), some(model), Progress())
+
+
+def test_it_is_cancelled_between_slabs() -> None:
+    model, stop = abc(), Stop()
+    stop.set()
+    with pytest.raises(Cancelled):
+        trace(model, some(model), Progress(stop=stop))
