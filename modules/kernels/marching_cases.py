@@ -12,6 +12,7 @@ Source: Lopes 1999, sections 4.1 and 4.2.1 (topological polygons).
 """
 
 import functools
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -250,3 +251,8 @@ def simple() -> npt.NDArray[np.void]:
             row["side"] = shoulder_faces(cell, 0)
             row["first"] = cell["arc"][row["side"][1], 0, :2]
     return table
+
+
+def warm() -> None:
+    """Compile the kernels of this file, which those of `marching` are made of."""
+    import_module("modules.kernels.marching").warm()

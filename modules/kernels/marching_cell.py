@@ -4,6 +4,8 @@ Source: Lopes 1999, section 4.2.2; triangles 2 i + 2 m - 2 for a polygon of i cr
 each polygon of a tunnel.
 """
 
+from importlib import import_module
+
 from modules.kernels._jit import jit
 from modules.kernels.bilinear import determinant
 from modules.kernels.marching_cases import FACE_CORNERS, INNER, Cell, Floats, ambiguous_faces, bent_back, polygons
@@ -60,3 +62,8 @@ def patch(cell: Cell, code: int, joined: int) -> int:
         cell.count[0] += 1
         fan(cell, polygon, size, centre)
     return met
+
+
+def warm() -> None:
+    """Compile the kernels of this file, which those of `marching` are made of."""
+    import_module("modules.kernels.marching").warm()

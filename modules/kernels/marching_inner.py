@@ -7,6 +7,7 @@ Source: Lopes 1999, section 4.2.2.2.
 """
 
 import math
+from importlib import import_module
 
 import numpy as np
 
@@ -177,3 +178,8 @@ def inner_point(cell: Cell, polygon: int, size: int, at: Floats) -> None:
             if slice_shoulder(cell, polygon, axis, t, mean, at) and is_inside(at):
                 return
     at[:] = mean
+
+
+def warm() -> None:
+    """Compile the kernels of this file, which those of `marching` are made of."""
+    import_module("modules.kernels.marching").warm()

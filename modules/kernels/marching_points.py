@@ -6,6 +6,7 @@ Source: Lopes 1999, sections 3.3.1, 4.2.2.1 and equations (4.17)-(4.28).
 """
 
 import math
+from importlib import import_module
 
 import numpy as np
 
@@ -181,3 +182,8 @@ def hexagon(cell: Cell) -> bool:
         for axis in range(3):
             cell.hexagon[i, axis] = cell.bend[4 + HEXAGON[i, 1 + axis], axis]
     return True
+
+
+def warm() -> None:
+    """Compile the kernels of this file, which those of `marching` are made of."""
+    import_module("modules.kernels.marching").warm()

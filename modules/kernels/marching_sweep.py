@@ -4,6 +4,7 @@ A vertex is known by its place in the grid: edge, face and arc, or cell; never b
 vertices of two planes and the layer between them are kept; one of an earlier layer is told by being too small.
 """
 
+from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -219,3 +220,8 @@ def _new_point(lattice: Lattice, at: tuple[int, int, int], place: Floats, slab: 
     slab.state[0] = n + 1
     result: int = n
     return result
+
+
+def warm() -> None:
+    """Compile the kernels of this file, which those of `marching` are made of."""
+    import_module("modules.kernels.marching").warm()

@@ -7,6 +7,7 @@ Source: Lopes 1999, sections 4.2.2.1 and 4.2.2.3; configuration 13 has tunnels t
 """
 
 import math
+from importlib import import_module
 
 import numpy as np
 
@@ -276,3 +277,8 @@ def _close_chain(cell: Cell, polygon: int, size: int, chain: Floats, points: int
         cell.at[base + m] = chain[m]
     cell.count[0] += points
     return True
+
+
+def warm() -> None:
+    """Compile the kernels of this file, which those of `marching` are made of."""
+    import_module("modules.kernels.marching").warm()
