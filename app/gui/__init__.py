@@ -23,7 +23,7 @@ def main(network: str = "", theme: str = "") -> int:
     assert isinstance(app, QApplication)
     app.setApplicationName("Nonius Explorer")
     app.setOrganizationName("nonius")
-    from app.gui import icons, style
+    from app.gui import backends, icons, style
     from app.gui.main_window import MainWindow
     from app.gui.recovery import Log, lost
     from app.gui.session import Session
@@ -45,7 +45,8 @@ def main(network: str = "", theme: str = "") -> int:
     window.show()
     if network:
         QTimer.singleShot(0, lambda: window.commands.open_path(Path(network)))
-    QTimer.singleShot(100, window.studio.start)
+    if not backends.in_window():  # two threads must not load what draws at once
+        QTimer.singleShot(100, window.studio.start)
     QTimer.singleShot(1500, warming.begin)
     code = app.exec()
     warming.close()

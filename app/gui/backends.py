@@ -22,10 +22,13 @@ RENDERER = 0x1F01
 
 def back_end(studio: Studio, parent: QWidget | None = None) -> BackEnd:
     """A viewport for this display; `NONIUS_VIEWPORT` (painted or window) overrules."""
+    return Interactor(parent) if in_window() else Painted(studio, parent)
+
+
+def in_window() -> bool:
+    """Whether VTK draws in the window itself."""
     asked = os.environ.get("NONIUS_VIEWPORT", "")
-    if asked == "window" or (asked != "painted" and accelerated()):
-        return Interactor(parent)
-    return Painted(studio, parent)
+    return asked == "window" or (asked != "painted" and accelerated())
 
 
 @cache

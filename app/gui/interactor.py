@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from app.gui.cameras import Camera
@@ -38,6 +38,9 @@ class Interactor(QWidget):
 
             widget = QtInteractor(self, auto_update=False, lighting="none")
             self._room.addWidget(widget)
+            widget.resize(self.size())
+            ratio = self.devicePixelRatioF()
+            widget.render_window.SetSize(max(16, round(self.width() * ratio)), max(16, round(self.height() * ratio)))
             widget.lower()
             widget.iren.add_observer("EndInteractionEvent", lambda *_: self.cameraChanged.emit(self.camera))
             self._view = Viewport(widget, scale=self.devicePixelRatioF())
@@ -45,6 +48,7 @@ class Interactor(QWidget):
 
     def show_scene(self, scene: Scene | None, camera: Camera | None, tag: object = None) -> None:
         """Draw a scene; without a camera it is seen as it is, or whole if it is the first."""
+        first = self.scene is None
         self.scene, self.tag = scene, tag
         if scene is None:
             return
@@ -53,11 +57,19 @@ class Interactor(QWidget):
             view.show(scene)
             if camera is not None:
                 view.camera = camera
+            elif first:
+                QTimer.singleShot(100, self._see_all)
             view.plotter.render()
-        except (ValueError, RuntimeError) as error:
+        except (ValueError, RuntimeError, ImportError) as error:
             self.failed.emit(str(error))
             return
         self.framed.emit(tag)
+
+    def _see_all(self) -> None:
+        """Once the window has its size."""
+        if self.scene is not None and self._view is not None:
+            self._view.fit()
+            self._view.plotter.render()
 
     @property
     def camera(self) -> Camera | None:
