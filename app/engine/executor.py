@@ -164,6 +164,11 @@ class Engine:
 
     # --- one thread
 
+    @property
+    def wave(self) -> Wave | None:
+        """The wave that is on, or was the last; for the thread that iterates `events`."""
+        return self._wave
+
     def events(self, once: bool = False) -> Iterator[Event]:
         """What happens, as it happens. Who leaves and comes back goes on where it was; `close` stops the work.
 

@@ -65,7 +65,7 @@ class Worker(QThread):
 
     def _place(self, number: int, wave: int, serial: int) -> tuple[int, int]:
         """(number of the wave, number of the edit that it is about); as before while its files are still digested."""
-        now = self.engine._wave
+        now = self.engine.wave
         if now is None or now.number != number:
             return wave, serial
         with self._lock:
