@@ -96,7 +96,7 @@ def local_plane(longitude: Floats, latitude: Floats) -> tuple[Floats, Floats, st
     )
     words = (
         f"on a local plane lengths are off by up to {max(along, upwards):.2%}; degrees were brought to metres by the scale "
-        f"of the middle latitude: lengths east are off by up to {along:.2%} at the edges of the map, north by up to {upwards:.3%}"
+        f"of the middle latitude: lengths east are off by up to {along:.2%} at the edges, north by up to {upwards:.3%}"
     )
     flag = Flag("local plane", words, "point", None, np.array([max(along, upwards)]))
     return (longitude - west) * east_scale, (latitude - south) * north_scale, crs, flag, (east_scale, north_scale)

@@ -1,6 +1,7 @@
 """Accurate marching cubes, judged by subdivision into tetrahedra: nothing of the method's tables is used."""
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,12 +18,12 @@ for step in STEPS:
     FREUDENTHAL[tuple(1 + step)] = FREUDENTHAL[tuple(1 - step)] = True
 
 
-def surface(values, level=0.0):
-    axes = [np.arange(float(n)) for n in reversed(values.shape)]
-    return marching.surface(np.asarray(values, float), *axes, level)
+def surface(values: Any, level: Any = 0.0) -> Any:
+    x, y, z = (np.arange(float(n)) for n in reversed(values.shape))
+    return marching.surface(np.asarray(values, float), x, y, z, level)
 
 
-def refined(values, k):
+def refined(values: Any, k: Any) -> Any:
     """The trilinear interpolant at k points a cell along each axis."""
     for axis in range(3):
         n = values.shape[axis]
@@ -35,7 +36,7 @@ def refined(values, k):
     return values
 
 
-def crossed(above, steps):
+def crossed(above: Any, steps: Any) -> Any:
     """How many simplices from a node along the sums of some steps have ends on both sides."""
     corners = [np.zeros(3, int), *np.cumsum(steps, axis=0)]
     size = np.array(above.shape) - corners[-1]
@@ -43,7 +44,7 @@ def crossed(above, steps):
     return int((np.logical_or.reduce(parts) & ~np.logical_and.reduce(parts)).sum())
 
 
-def truth(values, k):
+def truth(values: Any, k: Any) -> Any:
     """Euler characteristic of the surface, and number of regions above and below, of a subdivision by tetrahedra."""
     above = refined(values, k) >= 0
     unit = np.eye(3, dtype=int)
@@ -53,19 +54,19 @@ def truth(values, k):
     return edges - faces + cells, label(above, FREUDENTHAL)[1] + label(~above, FREUDENTHAL)[1]
 
 
-def euler(s):
+def euler(s: Any) -> Any:
     edges = np.unique(np.sort(s.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
     assert len(np.unique(s.triangles)) == len(s.points)
     return len(s.points) - len(edges) + len(s.triangles)
 
 
-def components(s):
+def components(s: Any) -> Any:
     i, j = s.triangles[:, [0, 1]].ravel(), s.triangles[:, [1, 2]].ravel()
     n = len(s.points)
     return connected_components(coo_array((np.ones(len(i)), (i, j)), shape=(n, n)), directed=False)[0]
 
 
-def judge(s, shape):
+def judge(s: Any, shape: Any) -> Any:
     """Oriented, manifold, closed up to the border, no triangle without area or in a face of a cell, none twice."""
     n = len(s.points)
     e = s.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
@@ -87,7 +88,7 @@ def judge(s, shape):
     assert set(ends) <= {0, 2}
 
 
-def fields(kind, count, seed):
+def fields(kind: Any, count: Any, seed: Any) -> Any:
     random = np.random.default_rng(seed)
     for _ in range(count):
         values = random.normal(size=random.integers(3, 5, 3))
@@ -97,7 +98,7 @@ def fields(kind, count, seed):
 
 
 @pytest.mark.parametrize(("kind", "count"), [("normal", 30), ("log-normal", 15), ("padded", 25)])
-def test_topology_is_that_of_a_subdivision(kind, count):
+def test_topology_is_that_of_a_subdivision(kind: Any, count: Any) -> None:
     for values in fields(kind, count, 4):
         s = surface(values)
         judge(s, values.shape)
@@ -109,7 +110,7 @@ def test_topology_is_that_of_a_subdivision(kind, count):
             pytest.fail(f"{euler(s)} against {characteristic}, {components(s)} pieces, {regions} regions")
 
 
-def test_ties_leave_a_closed_surface_of_triangles_with_an_area():
+def test_ties_leave_a_closed_surface_of_triangles_with_an_area() -> None:
     random = np.random.default_rng(2)
     for n in range(150):
         values = random.integers(-2, 3, random.integers(3, 6, 3)).astype(float)
@@ -117,7 +118,7 @@ def test_ties_leave_a_closed_surface_of_triangles_with_an_area():
         judge(surface(values), values.shape)
 
 
-def test_the_high_side_is_behind_the_triangles():
+def test_the_high_side_is_behind_the_triangles() -> None:
     values = 2.0 - np.linalg.norm(np.indices((7, 7, 7)) - 3.0, axis=0)
     s = surface(values)
     p, q, r = (s.points[s.triangles[:, k]] - 3 for k in range(3))
@@ -125,7 +126,7 @@ def test_the_high_side_is_behind_the_triangles():
     assert euler(s) == 2
 
 
-def test_every_vertex_lies_on_the_trilinear_surface():
+def test_every_vertex_lies_on_the_trilinear_surface() -> None:
     random = np.random.default_rng(3)
     for _ in range(20):
         values = random.normal(size=(4, 4, 4))
@@ -140,7 +141,7 @@ def test_every_vertex_lies_on_the_trilinear_surface():
         assert np.abs(at).max() < 1e-6
 
 
-def test_slabs_do_not_show(monkeypatch):
+def test_slabs_do_not_show(monkeypatch: Any) -> None:
     values = np.random.default_rng(5).normal(size=(9, 6, 7))
     values[4, 2:4, 3] = np.nan
     whole = surface(values)
@@ -152,7 +153,7 @@ def test_slabs_do_not_show(monkeypatch):
     assert np.array_equal(np.sort(cut.cell), np.sort(whole.cell))
 
 
-def test_a_sample_that_is_not_known_leaves_a_hole():
+def test_a_sample_that_is_not_known_leaves_a_hole() -> None:
     values = np.broadcast_to(np.arange(5.0) - 1.7, (5, 5, 5)).copy()
     values[2, 2, 2] = np.nan
     s = surface(values)
@@ -169,6 +170,7 @@ def test_a_sample_that_is_not_known_leaves_a_hole():
         (np.zeros((2, 2, 2)), (2, 2, 2), np.nan, "finite"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(values, axes, level, words):
+def test_what_cannot_be_drawn_is_refused(values: Any, axes: Any, level: Any, words: Any) -> None:
+    x, y, z = (np.arange(float(n)) for n in axes)
     with pytest.raises(ValueError, match=words):
-        marching.surface(values, *(np.arange(float(n)) for n in axes), level)
+        marching.surface(values, x, y, z, level)

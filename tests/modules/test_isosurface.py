@@ -1,5 +1,7 @@
 """The isosurface: its level, methods, proven distance and what moves it."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from modules.readers.corner_cell import CELLS, corner_cell
 METHODS = ("accurate", "classic", "flying_edges")
 
 
-def ball(n=9, noise=0.0, axes=None):
+def ball(n: Any = 9, noise: Any = 0.0, axes: Any = None) -> Any:
     a = axes or [np.linspace(-1, 1, n)] * 3
     z, y, x = np.meshgrid(*reversed(a), indexing="ij")
     values = 1 - (x**2 + y**2 + z**2) + noise * np.random.default_rng(1).normal(size=x.shape)
@@ -20,25 +22,25 @@ def ball(n=9, noise=0.0, axes=None):
     return Model.between(Samples(grid=grid, values=values, unit="K", accuracy=accuracy))
 
 
-def drawn(model, **parameters):
+def drawn(model: Any, **parameters: Any) -> Any:
     return isosurface(model, Progress(), **parameters)
 
 
-def at(model, points):
+def at(model: Any, points: Any) -> Any:
     return model.at(points)[0]
 
 
 @pytest.mark.parametrize("method", METHODS)
 class TestEveryMethod:
-    def test_the_law_of_the_budget(self, method):
+    def test_the_law_of_the_budget(self, method: Any) -> None:
         model = ball()
         assert model.accuracy.accounted() <= drawn(model, method=method).accuracy.accounted()
 
-    def test_the_surface_looks_to_the_low_side(self, method):
+    def test_the_surface_looks_to_the_low_side(self, method: Any) -> None:
         p, q, r = (g.points[g.triangles[:, k]] for g in [drawn(ball(), method=method, level=0.5)] for k in range(3))
         assert np.isclose(np.einsum("ij,ij->", p, np.cross(q, r)) / 6, 4 / 3 * np.pi * 0.5**1.5, rtol=0.15)
 
-    def test_the_proven_distance_holds(self, method):
+    def test_the_proven_distance_holds(self, method: Any) -> None:
         model = ball(noise=0.02)
         g = drawn(model, method=method, level=0.4)
         random, corners = np.random.default_rng(2), g.points[g.triangles]
@@ -53,7 +55,7 @@ class TestEveryMethod:
         assert (low <= 0.4 + 1e-12).all()
         assert (high >= 0.4 - 1e-12).all()
 
-    def test_triangles_lie_in_their_cells(self, method):
+    def test_triangles_lie_in_their_cells(self, method: Any) -> None:
         g = drawn(ball(), method=method)
         cell, corners = g.values["grid cell"].values, g.points[g.triangles]
         row, i = np.divmod(cell, 8)
@@ -63,21 +65,21 @@ class TestEveryMethod:
         assert (corners <= low[:, None] + 0.25 + 1e-9).all()
 
 
-def test_an_automatic_level_is_the_middle_of_the_range():
+def test_an_automatic_level_is_the_middle_of_the_range() -> None:
     model = ball()
     low, high = model.facts()["range"]
     assert np.unique(drawn(model).values["level"].values) == pytest.approx([(low + high) / 2])
 
 
-def test_errors_of_values_become_displacements():
+def test_errors_of_values_become_displacements() -> None:
     g = drawn(ball(33), level=0.5)
     term = next(t for t in g.accuracy.terms if t.name == "Half a unit")
     assert term.quantity == "position"
     assert np.median(term.size()) == pytest.approx(0.01 / (2 * np.sqrt(0.5)), rel=0.1)
 
 
-def test_a_finer_grid_is_nearer_to_its_surface():
-    def distance(n):
+def test_a_finer_grid_is_nearer_to_its_surface() -> None:
+    def distance(n: Any) -> Any:
         samples = ball(n).samples  # the ball's own cells are linear: no distance at all
         bell = Samples(grid=samples.grid, values=np.exp(2 * samples.values), accuracy=Accuracy())
         return np.nanmedian(drawn(Model.between(bell), level=2.0).values["distance"].values)
@@ -85,29 +87,29 @@ def test_a_finer_grid_is_nearer_to_its_surface():
     assert distance(17) < 0.35 * distance(9)
 
 
-def test_an_uneven_grid_gives_the_same_ball():
+def test_an_uneven_grid_gives_the_same_ball() -> None:
     axes = [np.sort(np.append(np.random.default_rng(n).uniform(-1, 1, 15), [-1, 1])) for n in range(3)]
     g = drawn(ball(axes=axes), level=0.5)
     assert np.linalg.norm(g.points, axis=1) == pytest.approx(np.sqrt(0.5), abs=0.1)
 
 
-def test_a_flat_cell_is_flagged_unproven():
+def test_a_flat_cell_is_flagged_unproven() -> None:
     model = Model.between(corner_cell(figure="4.11"))
     g = drawn(model, level=0.0)
     assert any(flag.name == "unproven" for flag in g.accuracy.flags)
     assert np.isnan(g.values["distance"].values).any()
 
 
-def test_exact_topology_is_said_only_of_the_accurate_method():
+def test_exact_topology_is_said_only_of_the_accurate_method() -> None:
     assert any(t.name == "Topology of the surface" and t.source.rigour == "exact" for t in drawn(ball()).accuracy.terms)
     assert any(m.name == "Topology of the surface" for m in drawn(ball(), method="classic").accuracy.missing)
 
 
-def test_a_level_beside_the_field_gives_no_surface():
+def test_a_level_beside_the_field_gives_no_surface() -> None:
     assert len(drawn(ball(), level=9.0).points) == 0
 
 
-def test_holes():
+def test_holes() -> None:
     model = ball()
     values = np.array(model.samples.values)
     values[4, 4, 2] = np.nan
@@ -118,7 +120,7 @@ def test_holes():
         drawn(holed, level=0.7, method="classic")
 
 
-def test_what_cannot_be_drawn_is_refused():
+def test_what_cannot_be_drawn_is_refused() -> None:
     flat = Samples(grid=Regular((3, 3), (1.0, 1.0), (0.0, 0.0)), values=np.zeros((3, 3)), accuracy=Accuracy())
     with pytest.raises(ValueError, match="3 dimensions"):
         drawn(Model.between(flat))
@@ -129,13 +131,13 @@ def test_what_cannot_be_drawn_is_refused():
 
 
 @pytest.mark.parametrize("figure", list(CELLS))
-def test_worked_cells_can_be_read(figure):
+def test_worked_cells_can_be_read(figure: Any) -> None:
     values = corner_cell(figure=figure).values
     assert values[1, 0, 0] == CELLS[figure][1], "001 is the corner at z = 1"
     assert values[0, 0, 1] == CELLS[figure][4]
 
 
-def test_corners_of_your_own():
+def test_corners_of_your_own() -> None:
     assert corner_cell(figure="", corners=tuple(range(8))).values[0, 1, 1] == 6
     with pytest.raises(ValueError, match="eight"):
         corner_cell(figure="", corners=(1.0, 2.0))
