@@ -156,8 +156,8 @@ def test_cancel_keeps_what_was_there(session: Session, qtbot: Any) -> None:
         session.cancel()
     qtbot.waitUntil(lambda: session.state(node).kind == "dirty", timeout=5000)
     GO.set()
-    session.fire(node)
-    qtbot.waitUntil(lambda: session.state(node).kind == "clean", timeout=5000)
+    session.fire(node)  # it may have come to its end while it was stopped: then its result is used
+    qtbot.waitUntil(lambda: session.state(node).kind in ("clean", "cached"), timeout=5000)
 
 
 def test_frozen_and_held_nodes_wait(session: Session, qtbot: Any) -> None:
