@@ -169,6 +169,11 @@ class Engine:
         """The wave that is on, or was the last; for the thread that iterates `events`."""
         return self._wave
 
+    @property
+    def firing(self) -> int:
+        """How many firings run or end, wanted or not."""
+        return len(self._running)
+
     def events(self, once: bool = False) -> Iterator[Event]:
         """What happens, as it happens. Who leaves and comes back goes on where it was; `close` stops the work.
 

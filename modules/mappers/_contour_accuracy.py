@@ -89,7 +89,7 @@ def _drawing(plane: Plane, drawn: Drawn, method: str) -> tuple[Term, ...]:
 
 def _sampled(plane: Rectangle, drawn: Drawn, slope: Floats) -> tuple[Term, ...]:
     """Four triangles: the bilinear field at the points, and the part of each cell where the two take other sides."""
-    row, column, u, v = plane.within(drawn.points, drawn.cell[drawn.of_point[0]] if len(drawn.cell) else drawn.cell)
+    row, column, u, v = plane.within(drawn.points, drawn.cell[drawn.of_point] if len(drawn.cell) else drawn.cell)
     f00, f10, f01, f11 = plane.corners(row, column)
     here = (1 - u) * (1 - v) * f00 + u * (1 - v) * f10 + (1 - u) * v * f01 + u * v * f11
     away = "bilinear value less the level, over the slope [four-triangles/1]"

@@ -56,13 +56,12 @@ class Drawn:
     line_level: Floats
 
     @cached_property
-    def of_point(self) -> tuple[Ints, Ints]:
-        """A segment that each point belongs to, and whether it is its end (1) or its start (0)."""
-        segment, side = np.zeros(len(self.points), np.int64), np.zeros(len(self.points), np.int64)
+    def of_point(self) -> Ints:
+        """(n,) a segment that each point belongs to."""
+        segment = np.zeros(len(self.points), np.int64)
         for end in (1, 0):
             segment[self.segments[:, end]] = np.arange(len(self.segments))
-            side[self.segments[:, end]] = end
-        return segment, side
+        return segment
 
     @cached_property
     def segment_level(self) -> Floats:
@@ -72,7 +71,7 @@ class Drawn:
     @cached_property
     def level(self) -> Floats:
         """(n,) level of each point."""
-        return self.segment_level[self.of_point[0]] if len(self.segments) else np.zeros(len(self.points))
+        return self.segment_level[self.of_point] if len(self.segments) else np.zeros(len(self.points))
 
 
 class Rectangle:
@@ -231,7 +230,7 @@ class Bent(Rectangle):
 
     def place(self, drawn: Drawn) -> Floats:
         """(n, 3) positions in space."""
-        segment, _ = drawn.of_point
+        segment = drawn.of_point
         return self._map(drawn.points, drawn.cell[segment]) if len(drawn.cell) else np.zeros((0, 3))
 
     def _map(self, points: Floats, cell: Ints) -> Floats:
@@ -307,7 +306,7 @@ class Triangles:
         return self.model.accuracy.push(self._weights(drawn))
 
     def _weights(self, drawn: Drawn) -> Gather:
-        segment, _ = drawn.of_point
+        segment = drawn.of_point
         corner = self.faces[drawn.cell[segment]] if len(drawn.cell) else np.zeros((0, 3), np.int64)
         p, q, r = (self.nodes[corner[:, k], :2] for k in range(3))
         x = drawn.points
