@@ -36,13 +36,14 @@ TELL = 0.05
 
 @dataclass(eq=False)
 class Job:
-    """A firing that runs, or waits in the pool."""
+    """A firing that runs, or waits in the pool. `stale`: nobody takes what it gives, since it is to be fired anew."""
 
     call: Call
     stop: Stop = field(default_factory=Stop)
     tries: int = 1
     pool: Executor | None = None
-    future: Future[Entry] = field(default_factory=Future)
+    future: Future[Entry] | None = None
+    stale: bool = False
 
     @property
     def key(self) -> str:
@@ -52,7 +53,8 @@ class Job:
     def cancel(self) -> None:
         """Let it end soon."""
         self.stop.set()
-        self.future.cancel()
+        if self.future:
+            self.future.cancel()
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +75,7 @@ class _Fire:
 @dataclass(frozen=True, eq=False)
 class _Landed:
     job: Job
+    future: Future[Entry]
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +239,7 @@ class Engine:
             case _Fire():
                 self._refire(letter.node)
             case _Landed():
-                self._land(letter.job)
+                self._land(letter.job, letter.future)
             case _Told(key="") if self._digesting:
                 self._out.append(Progressed(wave=self._waves + 1, node=letter.node, fraction=letter.fraction))
             case _Told() if self._wave:
@@ -290,6 +293,8 @@ class Engine:
         if self._wave and (key := self._wave.keys.get(node)):
             self.results.forgive(key)
             self.results.drop(key)
+            if (job := self._running.get(key)) and job.stop.is_set():
+                job.stale = True
         self._waiting = Want(want.network, tuple(dict.fromkeys((*want.wanted, node))))
 
     def _cancelled(self) -> None:
@@ -308,11 +313,12 @@ class Engine:
         progress = self._progress(job.key, job.call.node, job.stop)
         job.pool = self._pool
         try:
-            job.future = self._pool.submit(fire, job.call, progress)
+            future = self._pool.submit(fire, job.call, progress)
         except (BrokenExecutor, RuntimeError) as error:
-            job.future = Future()
-            job.future.set_exception(error)
-        job.future.add_done_callback(lambda _: self._mail.put(_Landed(job)))
+            future = Future()
+            future.set_exception(error)
+        job.future = future
+        future.add_done_callback(lambda done: self._mail.put(_Landed(job, done)))
 
     def _progress(self, key: str, node: str, stop: Stop) -> Progress:
         last = 0.0
@@ -327,15 +333,15 @@ class Engine:
         pool = Carrying(self._pool) if isinstance(self._pool, ThreadPoolExecutor) else None
         return Progress(report, stop, pool, self.workers)
 
-    def _land(self, job: Job) -> None:
+    def _land(self, job: Job, future: Future[Entry]) -> None:
         del self._running[job.key]
         wanted = self._wave is not None and self._wave.wants(job.key)
-        error = None if job.future.cancelled() else job.future.exception()
-        if job.stop.is_set() and (job.future.cancelled() or isinstance(error, Cancelled)):
+        error = None if future.cancelled() else future.exception()
+        if job.stale or (job.stop.is_set() and (future.cancelled() or isinstance(error, Cancelled))):
             if wanted and self._wave:
                 self._wave.again(job.key)
-        elif error is None and not job.future.cancelled():
-            entry = job.future.result()
+        elif error is None and not future.cancelled():
+            entry = future.result()
             self.results.put(job.key, entry)
             if wanted and self._wave:
                 self._wave.finish(job.key, entry)

@@ -7,12 +7,12 @@ key of its firing; a source that its maker named (a reader: by the content of it
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass, replace
-from functools import lru_cache
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from app.engine.errors import Unaccounted
-from modules.data.accuracy import Accuracy, Missing, accuracies
+from modules.data.accuracy import Accuracy, Missing, accuracies, replace_accuracies
 from modules.declare import Module
 
 RANDOM = "script:"
@@ -37,7 +37,10 @@ def sign(key: str, inputs: Mapping[str, Any], outputs: Mapping[str, Any]) -> dic
     if names:
         for old in {i for accuracy in accuracies(inputs) for i in accuracy.accounted()}:
             names.pop(old, None)
-    return {output: _signed(value, names, f"{key}:{output}") for output, value in outputs.items()}
+    return {
+        output: replace_accuracies(value, partial(Accuracy.signed, names=names, carrier=f"{key}:{output}"))
+        for output, value in outputs.items()
+    }
 
 
 def _free(name: str, used: set[str]) -> str:
@@ -48,37 +51,6 @@ def _free(name: str, used: set[str]) -> str:
         free = f"{name}:{number}"
     used.add(free)
     return free
-
-
-def _signed(value: Any, names: Mapping[str, str], carrier: str) -> Any:
-    """With the new names; what needs none stays the very object, so that a view can tell what has changed."""
-    if isinstance(value, Accuracy):
-        if not _unsigned(value, names):
-            return value
-        renamed = value.renamed(names)
-        return replace(renamed, of=replace(renamed.of, key=carrier)) if renamed.of and not renamed.of.key else renamed
-    if isinstance(value, list | tuple):
-        inner = [_signed(v, names, carrier) for v in value]
-        if all(a is b for a, b in zip(inner, value, strict=True)):
-            return value
-        return type(value)(*inner) if hasattr(value, "_fields") else type(value)(inner)
-    if not is_dataclass(value) or isinstance(value, type):
-        return value
-    changed = {}
-    for name in _fields(type(value)):
-        before = getattr(value, name)
-        if (after := _signed(before, names, carrier)) is not before:
-            changed[name] = after
-    return replace(value, **changed) if changed else value
-
-
-@lru_cache(256)
-def _fields(kind: type) -> tuple[str, ...]:
-    return tuple(f.name for f in fields(kind) if f.init)
-
-
-def _unsigned(accuracy: Accuracy, names: Mapping[str, str]) -> bool:
-    return (accuracy.of is not None and not accuracy.of.key) or any(i in names for i in accuracy.accounted())
 
 
 def not_carried(outputs: Mapping[str, Any], missing: Iterable[Missing]) -> dict[str, Any]:

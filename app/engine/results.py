@@ -5,19 +5,22 @@ from __future__ import annotations
 import enum
 import threading
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from types import FunctionType, ModuleType
+from types import FunctionType, ModuleType, UnionType
 from typing import Any
 
 import numpy as np
 
 from app.engine.errors import ModuleFailed
 from app.engine.machine import memory
+from modules.data.accuracy import Carrier, Ended, Missing, Source
 
 _LEAVES = frozenset(
     {int, float, complex, bool, str, bytes, type(None), type, FunctionType, ModuleType, np.float64, np.int64, np.bool_}
+    | {Source, Missing, Ended, Carrier}
 )
+"""What holds no array."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,18 +160,36 @@ def arrays(value: Any) -> list[np.ndarray[Any, Any]]:
         if kind in _LEAVES or id(one) in seen:
             continue
         seen.add(id(one))
-        if isinstance(one, np.ndarray):
+        parts = (_PARTS.get(kind) or _parts(kind))(one)
+        if parts is None:
             found.append(one)
-        elif kind is dict:
-            stack.extend(one.values())
-        elif kind in (tuple, list) or isinstance(one, tuple | list | set | frozenset):
-            stack.extend(one)
-        elif isinstance(one, Mapping):
-            stack.extend(one.values())
-        elif not isinstance(one, type | str | bytes | int | float | enum.Enum):
-            stack.extend(getattr(one, name, None) for name in getattr(kind, "__slots__", ()))
-            stack.extend(getattr(one, "__dict__", {}).values())
+        else:
+            stack += [part for part in parts if type(part) not in _LEAVES]
     return found
+
+
+Parts = Callable[[Any], Collection[Any] | None]
+
+_PARTS: dict[type, Parts] = {}
+
+
+def _parts(kind: type) -> Parts:
+    """How to find what a value of a type is made of; None for an array."""
+    ways: tuple[tuple[type | UnionType, Parts], ...] = (
+        (np.ndarray, lambda one: None),
+        (Mapping, lambda one: one.values()),
+        (tuple | list | set | frozenset, lambda one: one),
+        (type | str | bytes | int | float | enum.Enum, lambda one: ()),
+        (object, _attributes),
+    )
+    way = _PARTS[kind] = next(way for kinds, way in ways if issubclass(kind, kinds))
+    return way
+
+
+def _attributes(one: Any) -> Collection[Any]:
+    slots = getattr(type(one), "__slots__", ())
+    named = getattr(one, "__dict__", {}).values()
+    return [*(getattr(one, name, None) for name in slots), *named] if slots else named
 
 
 def _frozen(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

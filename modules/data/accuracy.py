@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -113,11 +113,15 @@ class Accuracy:
         """Ids of the terms and of what has ended."""
         return frozenset(t.id for t in self.terms) | frozenset(self.ended)
 
-    def renamed(self, names: Mapping[str, str]) -> Accuracy:
-        """With other ids for the terms named."""
-        terms = tuple(replace(t, id=names[t.id]) if t.id in names else t for t in self.terms)
-        ended = {names.get(i, i): why for i, why in self.ended.items()}
-        return replace(self, terms=terms, ended=ended)
+    def signed(self, names: Mapping[str, str], carrier: str) -> Accuracy:
+        """With other ids for the terms named, and a name for a carrier that has none; itself if nothing changes."""
+        of = self.of if self.of is None or self.of.key else Carrier(self.of.kind, self.of.counts, carrier)
+        renamed = bool(names) and not names.keys().isdisjoint([*self.ended, *(t.id for t in self.terms)])
+        if of is self.of and not renamed:
+            return self
+        terms = tuple(t.called(names[t.id]) if t.id in names else t for t in self.terms) if renamed else self.terms
+        ended = {names.get(i, i): why for i, why in self.ended.items()} if renamed else self.ended
+        return Accuracy(terms, self.missing, self.flags, ended, of)
 
     def carried(self, kind: str, counts: Mapping[str, int]) -> Accuracy:
         """Bound to its carrier; ValueError if a term speaks of another number of items."""
@@ -127,8 +131,9 @@ class Accuracy:
                     f"term {term.name!r} speaks of {term.count} {term.place}s; this {kind} has "
                     f"{counts.get(term.place, 'no such')}"
                 )
-        key = self.of.key if self.of and self.of.kind == kind and self.of.counts == counts else ""
-        return replace(self, of=Carrier(kind, dict(counts), key))
+        if self.of is not None and self.of.kind == kind and self.of.counts == counts:
+            return self
+        return Accuracy(self.terms, self.missing, self.flags, self.ended, Carrier(kind, dict(counts)))
 
     def select(self, quantity: str | None = None, place: Place | None = None) -> tuple[Term, ...]:
         """The terms of a quantity and place."""
@@ -259,27 +264,28 @@ _NAMES: dict[type, tuple[str, ...]] = {}
 def _names(kind: type) -> tuple[str, ...]:
     """Fields of a dataclass, the last first; none for other types."""
     if kind not in _NAMES:
-        _NAMES[kind] = tuple(f.name for f in reversed(fields(kind))) if is_dataclass(kind) else ()
+        _NAMES[kind] = tuple(f.name for f in reversed(fields(kind)) if f.init) if is_dataclass(kind) else ()
     return _NAMES[kind]
 
 
 def replace_accuracies(value: T, function: Callable[[Accuracy], Accuracy]) -> T:
-    """The wire value with each accuracy inside it passed through `function`; what holds none is returned as it is."""
-    if isinstance(value, Accuracy):
-        return function(value)  # type: ignore[return-value]  # T is Accuracy here
-    if type(value) in _LEAVES:
+    """The wire value with each accuracy inside it passed through `function`; where nothing changes, the very object."""
+    kind = type(value)
+    if kind in _LEAVES:
         return value
-    if isinstance(value, list | tuple) and any(True for _ in accuracies(value)):
+    if isinstance(value, Accuracy):
+        return cast(T, function(value))
+    if isinstance(value, list | tuple):
         inner = [replace_accuracies(v, function) for v in value]
-        return type(value)(*inner) if hasattr(value, "_fields") else type(value)(inner)
-    if is_dataclass(value) and not isinstance(value, type) and any(True for _ in accuracies(value)):
-        changed = {
-            f.name: replace_accuracies(getattr(value, f.name), function)
-            for f in fields(value)
-            if f.init and any(True for _ in accuracies(getattr(value, f.name)))
-        }
-        return replace(value, **changed)
-    return value
+        if all(a is b for a, b in zip(inner, value, strict=True)):
+            return value
+        return cast(T, kind(*inner) if hasattr(value, "_fields") else cast(Callable[[Any], Any], kind)(inner))
+    changed = {}
+    for name in _names(kind):
+        before = getattr(value, name)
+        if type(before) not in _LEAVES and (after := replace_accuracies(before, function)) is not before:
+            changed[name] = after
+    return replace(cast(Any, value), **changed) if changed else value
 
 
 def _merged(ways: list[Term]) -> Term:

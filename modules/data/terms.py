@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import secrets
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Literal
@@ -104,6 +105,12 @@ class Term:
     def count(self) -> int:
         """Number of items it speaks of."""
         return self.operator.shape[0] // self.components
+
+    def called(self, id: str) -> Term:
+        """The same errors under another id; there is nothing to check anew."""
+        other = copy(self)
+        object.__setattr__(other, "id", id)
+        return other
 
     def error(self, items: Ints | None = None, check: Check | None = None) -> Floats:
         """Its size: a standard deviation, bound, signed value, spread or measure.
@@ -266,7 +273,7 @@ def bound(
 
 def _term(source: Source, kind: Kind, quantity: str, unit: str, value: ArrayLike, n: int, id: str | None) -> Term:
     term = Term(source, kind, quantity, unit, np.asarray(value, float), Identity(n))
-    return term if id is None else replace(term, id=id)
+    return term if id is None else term.called(id)
 
 
 def line(term: Term, items: int | None = None, check: Check | None = None) -> Line:

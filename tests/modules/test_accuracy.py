@@ -232,7 +232,7 @@ def test_accuracies_are_found_and_replaced_however_deep() -> None:
     )
     scene = Scene(layers=layers, look=SceneLook(), accuracy=EXACT)
     assert {t.name for x in accuracies([scene, (scene,)]) for t in x.terms} == {"a", "b"}
-    renamed = replace_accuracies(scene, lambda x: x.renamed({a.id: "new"}))
+    renamed = replace_accuracies(scene, lambda x: x.signed({a.id: "new"}, ""))
     assert {t.id for x in accuracies(renamed) for t in x.terms} == {"new", b.id}
     assert renamed.layers[0].shape.accuracy.terms[0].id == "new"
     assert replace_accuracies(3, lambda x: x) == 3
