@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -49,9 +49,8 @@ def turned(camera: Camera, dx: float, dy: float) -> Camera:
 
 def moved(camera: Camera, dx: float, dy: float, height: float) -> Camera:
     """Moved with what is seen, by so many pixels of a window of that height."""
-    right, up, _, distance = _basis(camera)
-    seen = camera["height"] if camera.get("parallel") else 2 * distance * math.tan(math.radians(camera["angle"]) / 2)
-    by = (-dx * right + dy * up) * (seen / max(1.0, height))
+    right, up, _, _ = _basis(camera)
+    by = (-dx * right + dy * up) * (seen(camera) / max(1.0, height))
     focal, position = np.asarray(camera["focal"], float) + by, np.asarray(camera["position"], float) + by
     return {**camera, "focal": focal.tolist(), "position": position.tolist()}
 
@@ -87,6 +86,28 @@ def parallel(camera: Camera, on: bool) -> Camera:
     focal = np.asarray(camera["focal"], float)
     position = focal + back * float(camera["height"]) / (2 * tangent)
     return {**camera, "parallel": False, "position": position.tolist()}
+
+
+def seen(camera: Mapping[str, Any]) -> float:
+    """How much of the world is seen from top to bottom; with perspective, at the focal point."""
+    if camera.get("parallel"):
+        return float(camera["height"])
+    return 2 * _basis(camera)[3] * math.tan(math.radians(float(camera["angle"])) / 2)
+
+
+def looking_at(camera: Camera, point: Sequence[float], height: float) -> Camera:
+    """From the same side, with a point in the middle and so much of the world seen from top to bottom."""
+    _, _, back, distance = _basis(camera)
+    focal = np.asarray(point, float)
+    away = distance if camera.get("parallel") else distance * height / seen(camera)
+    return {**camera, "focal": focal.tolist(), "position": (focal + back * away).tolist(), "height": float(height)}
+
+
+def between(start: Camera, end: Camera, t: float) -> Camera:
+    """On the way from one camera to another of the same kind: places go straight, heights by their ratio."""
+    mixed = {n: ((1 - t) * np.asarray(start[n], float) + t * np.asarray(end[n], float)).tolist() for n in ("focal", "position")}
+    height = float(start["height"]) ** (1 - t) * float(end["height"]) ** t
+    return {**end, **mixed, "height": height}
 
 
 def _rotated(vector: Floats, axis: Floats, angle: float) -> Floats:

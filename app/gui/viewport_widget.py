@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
+import networkx
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QMenu, QSplitter, QToolButton, QVBoxLayout, QWidget
 
-from app.gui import cameras, icons, style
+from app.gui import cameras, icons, style, zooming
 from app.gui.backends import BackEnd, back_end
 from app.gui.legend_box import LegendBox
 from app.gui.session import Session
@@ -272,6 +273,18 @@ class Views(QSplitter):
     def pane(self, node: str) -> ViewPane | None:
         """That shows a node."""
         return next((p for p in self.panes if p.node == node), None)
+
+    def look_at(self, node: str, point: Sequence[float], seen: float) -> bool:
+        """Bring a place of the data into the middle of the views that show what a node gives; whether there are any.
+
+        Parameters
+        ----------
+        seen : how much of the world is to be seen there, from top to bottom
+        """
+        network = self.session.network
+        below = {node} | (networkx.descendants(network.graph, node) if node in network.nodes else set())
+        flown = [zooming.fly(pane.back, point, seen) for pane in self.panes if pane.node in below]
+        return any(camera is not None for camera in flown)
 
     def show_as_saved(self, on: bool) -> None:
         """In the theme of the pictures that are saved, or in that of the window."""
