@@ -324,6 +324,20 @@ def test_what_was_stopped_and_is_wanted_again_runs_again(lab: Any) -> None:
         assert [e.outcome for e in events if isinstance(e, Done)] == ["cancelled", "settled"]
 
 
+def test_fire_runs_anew_what_was_stopped_and_has_not_ended(lab: Any) -> None:
+    network = lab.network({"c": "constant", "h": "held"}, "c.value -> h.a")
+    lab.gate.clear()
+    with lab.engine(workers=2) as engine:
+        engine.want(network)
+        until(engine, Started, "h")
+        inside(lab, "held 0")
+        engine.cancel()
+        engine.fire("h")
+        threading.Timer(0.2, lab.gate.set).start()
+        assert kinds(list(engine.events(once=True)))[-2:] == ["Finished h", "Done"]
+    assert lab.fired == ["held 0"], "what fired before it was stopped has been forgotten"
+
+
 def test_firing_a_node_does_not_bring_back_the_network_before(lab: Any) -> None:
     network = lab.network(CHAIN, *WIRES)
     with lab.engine() as engine:
