@@ -1,7 +1,7 @@
 """The size of an error where it is wanted: a term's operator and its primitive values, folded row by row.
 
-Two fast paths, tested against the rows: one standard deviation through stencils (the covariance along each axis is a
-small banded matrix, exact at the borders too), and a gather over such stencils.
+Three fast paths, tested against the rows: stencils alone (products along the axes), one standard deviation through a
+gather over stencils (the covariance along each axis is a small banded matrix, exact at the borders too), and a gather.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from typing import Any, Literal
 import numpy as np
 
 from modules import kernels
-from modules.data.operators import Floats, Gather, Identity, Ints, Operator, Stencil, Sum, blocks, fixed, steps
+from modules.data.operators import Floats, Gather, Identity, Interleave, Ints, Operator, Stencil, Sum, blocks, fixed, steps
+from modules.data.separable import folded
 
 Kind = Literal["linear", "bound", "signed", "members", "metric"]
 Check = Callable[[float], object]
@@ -39,6 +40,11 @@ def fold(kind: Kind, value: Floats, operator: Operator, rows: Ints | None = None
     -------
     (len(rows),) float
     """
+    if isinstance(operator, Interleave):
+        return _taking_turns(kind, value, operator, rows, check)
+    quick = folded(kind, value, operator, rows)
+    if quick is not None:
+        return quick
     wanted = np.arange(operator.shape[0]) if rows is None else np.asarray(rows)
     result = np.empty(len(wanted))
     for block in blocks(len(wanted)):
@@ -46,6 +52,24 @@ def fold(kind: Kind, value: Floats, operator: Operator, rows: Ints | None = None
             check(block[0] / len(wanted))
         result[block] = _block(kind, value, operator, wanted[block])
     return result
+
+
+def _taking_turns(kind: Kind, value: Floats, operator: Interleave, rows: Ints | None, check: Check | None) -> Floats:
+    """Parts that take turns are folded each on its own, so that those of stencils keep to the fast path."""
+    c = len(operator.parts)
+    result = np.empty(operator.shape[0] if rows is None else len(rows))
+    for k, part in enumerate(operator.parts):
+        share = None if check is None else _share(check, k, c)
+        if rows is None:
+            result[k::c] = fold(kind, value, part, None, share)
+        else:
+            mine = np.asarray(rows) % c == k
+            result[mine] = fold(kind, value, part, np.asarray(rows)[mine] // c, share)
+    return result
+
+
+def _share(check: Check, k: int, n: int) -> Check:
+    return lambda fraction: check((k + fraction) / n)
 
 
 def _block(kind: Kind, value: Floats, operator: Operator, rows: Ints) -> Floats:

@@ -7,6 +7,7 @@ applied to a whole array; nothing of the size n_out x n_in is ever made.
     Stencil    a small matrix along one axis of a lattice: smoothing, difference, resampling
     Chain      one after the other
     Sum        the same source by several ways
+    Interleave components of a vector side by side: the rows of several operators take turns
     Identity   every row is its own primitive
     Spread     every row is the one primitive: a common error (a bias)
     Matrix     an explicit sparse matrix, where a module has one
@@ -22,7 +23,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, vstack
+
+from modules.data.combine import combine
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer[Any]]
@@ -133,13 +136,7 @@ class Stencil(Operator):
 
     def apply(self, x: Floats) -> Floats:
         """The combination of `x` along the axis."""
-        lattice = np.asarray(x).reshape(self.lattice)
-        along = [1] * len(self.lattice)
-        along[self.axis] = -1
-        result = np.zeros(self.outcome)
-        for k in range(self.columns.shape[1]):
-            result += np.take(lattice, self.columns[:, k], self.axis) * self.weights[:, k].reshape(along)
-        return result.ravel()
+        return combine(np.asarray(x, float).reshape(self.lattice), self.axis, self.columns, self.weights).ravel()
 
     def matrix(self) -> Any:
         """The small matrix (m_out, m_in), as csr_array."""
@@ -232,7 +229,43 @@ class Sum(Operator):
 
     def apply(self, x: Floats) -> Floats:
         """The sum of the ways."""
-        return np.asarray(np.sum([part.apply(x) for part in self.parts], axis=0))
+        total = np.array(self.parts[0].apply(x))
+        for part in self.parts[1:]:
+            total += part.apply(x)
+        return total
+
+
+@dataclass(frozen=True, eq=False)
+class Interleave(Operator):
+    """The rows of c operators of one shape take turns: row c i + k is row i of part k, component k of item i."""
+
+    parts: tuple[Operator, ...]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(n_out, n_in)."""
+        rows, n_in = self.parts[0].shape
+        return rows * len(self.parts), n_in
+
+    def rows(self, i: Ints) -> Any:
+        """The rows `i` as a csr_array."""
+        item, turn = np.divmod(np.asarray(i, np.int64), len(self.parts))
+        order = np.argsort(turn, kind="stable")
+        stacked = vstack([part.rows(item[order[turn[order] == k]]) for k, part in enumerate(self.parts)], format="csr")
+        place = np.empty(len(order), np.int64)
+        place[order] = np.arange(len(order))
+        return csr_array(stacked[place])
+
+    def apply(self, x: Floats) -> Floats:
+        """The parts side by side."""
+        result = np.empty((self.parts[0].shape[0], len(self.parts)))
+        for k, part in enumerate(self.parts):
+            result[:, k] = part.apply(x)
+        return result.ravel()
+
+    def after(self, first: Operator) -> Operator:
+        """Each part applied to what `first` gives."""
+        return Interleave(tuple(part.after(first) for part in self.parts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,6 +303,25 @@ def stencil(lattice: Sequence[int], axis: int, offsets: Sequence[int], weights: 
     size = lattice[axis]
     columns = np.clip(np.arange(size)[:, None] + np.asarray(offsets), 0, size - 1)
     return Stencil(tuple(lattice), axis, columns, np.broadcast_to(np.asarray(weights, float), columns.shape).copy())
+
+
+def along(lattice: Sequence[int], axis: int, matrix: Any) -> Stencil:
+    """A sparse matrix (m_out, m_in) along an axis of a lattice; entries that a row lacks repeat its first column."""
+    rows = csr_array(matrix)
+    filled = np.diff(rows.indptr)
+    wide = int(filled.max(initial=0))
+    place = rows.indptr[:-1, None] + np.arange(wide)
+    held = np.arange(wide) < filled[:, None]
+    safe = np.where(held, place, rows.indptr[:-1, None]).clip(0, max(rows.nnz - 1, 0))
+    columns = rows.indices[safe] if rows.nnz else np.zeros(safe.shape, np.int64)
+    weights = np.where(held, rows.data[safe], 0.0) if rows.nnz else np.zeros(safe.shape)
+    return Stencil(tuple(lattice), axis, columns.astype(np.int64), weights)
+
+
+def uniform(lattice: Sequence[int], factor: float) -> Stencil:
+    """Every value of a lattice times one factor; it costs one axis of memory."""
+    last = lattice[-1]
+    return Stencil(tuple(lattice), len(lattice) - 1, np.arange(last)[:, None], np.full((last, 1), float(factor)))
 
 
 def fixed(columns: Ints, weights: Floats, n_in: int) -> Any:

@@ -15,15 +15,18 @@ from modules.data.operators import (
     Chain,
     Gather,
     Identity,
+    Interleave,
     Matrix,
     Operator,
     Spread,
     Stencil,
     Sum,
+    along,
     fixed,
     scaling,
     select,
     stencil,
+    uniform,
 )
 
 Floats = NDArray[np.float64]
@@ -67,6 +70,10 @@ def every_operator() -> list[Operator]:
         scaling(np.linspace(1, 2, 30)).after(few.after(smooth)),
         Chain(Sum((smooth, smooth)), few),
         few.after(Spread(n)),
+        Interleave((smooth, stencil(lattice, 0, (-1, 1), (-0.5, 0.5)), uniform(lattice, -2.0))),
+        Interleave((smooth, uniform(lattice, -2.0))).after(smooth),
+        gather(30, 2 * n, 4).after(Interleave((Identity(n), smooth))),
+        along(lattice, 2, np.diag(np.arange(6.0))[1:5, ::-1]),
     ]
 
 
