@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from modules.accuracy_mappers import _nested
 from modules.accuracy_mappers import _within as within
 from modules.api import (
     Accuracy,
@@ -83,7 +82,7 @@ def band(
     if not (k > 0 and steps >= 1):
         raise ValueError(f"a band reaches k > 0 standard deviations in one step or more, not k = {k:g} in {steps}")
     part = within.restricted(own, chosen)
-    found, drawn = _drawn(part, levels, _nested(k, steps), progress)
+    found, drawn = _drawn(part, levels, _nested.nested(k, steps), progress)
     shapes, patch, level, reach = drawn
     segment = _nearest(lines, shapes, level)
     kappa = found.kappa[patch]
@@ -120,12 +119,6 @@ def _levels(lines: Geometry, model: Model) -> Floats:
     if lines.frame != grid.frame:
         raise ValueError("lines and model lie in different frames: wire the model that the lines were drawn of")
     return np.unique(np.asarray(lines.values["level"].values, float))
-
-
-def _nested(k: float, steps: int) -> Floats:
-    """The k of each region, the widest first: equal steps of the density exp(-k^2 / 2)."""
-    edge = math.exp(-(k**2) / 2)
-    return np.asarray(np.sqrt(-2 * np.log(edge + (1 - edge) * np.arange(steps) / steps)))
 
 
 def _drawn(

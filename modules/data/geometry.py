@@ -117,7 +117,7 @@ class Geometry:
     accuracy : terms on points, cells or segments
     """
 
-    FACTS: ClassVar[tuple[str, ...]] = ("bounds", "names", "points", "cells", "times", "ranges")
+    FACTS: ClassVar[tuple[str, ...]] = ("bounds", "names", "points", "cells", "times", "ranges", "vectors")
 
     points: Floats
     vertices: Cells = NONE
@@ -211,7 +211,7 @@ class Geometry:
         return accuracy
 
     def facts(self) -> dict[str, Any]:
-        """Cheap facts for panels: bounds, names of the values and their ranges, counts, times."""
+        """Cheap facts for panels: bounds, names and ranges of the values, counts, times, sources whose errors are vectors."""
         counts = self.counts
         ranges = {
             name: (float(np.nanmin(f.values)), float(np.nanmax(f.values)))
@@ -225,6 +225,7 @@ class Geometry:
             "cells": counts["cell"],
             "times": () if self.time is None else (self.time,),
             "ranges": ranges,
+            "vectors": tuple(dict.fromkeys(t.name for t in self.accuracy.terms if t.components == 3)),
         }
 
 

@@ -54,10 +54,10 @@ def at_levels(levels: Sequence[float], unit: str, one: str, many: str) -> str:
 
 
 def of_lines(geometry: Geometry) -> str:
-    """Of lines: their levels, else the geometry's name."""
+    """Of lines: their levels, else the geometry's name; nothing when they show an error, whose own words stand there."""
     levels = levels_of(geometry)
     if not levels:
-        return headed(geometry.name) or "Lines"
+        return "" if geometry.shows else headed(geometry.name) or "Lines"
     return at_levels(levels, geometry.values["level"].unit, "Contour line", "Contour lines")
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from modules.accuracy_mappers.spike import spike
-from modules.accuracy_mappers.tube import rings, tube
+from modules.accuracy_mappers.tube import circles, tube
 from modules.api import EXACT, Accuracy, Cells, Geometry, Identity, Source, Term
 
 SOURCE = Source("Somebody", "mapping", "estimated", "a rule")
@@ -27,7 +27,7 @@ def test_the_circle_runs_through_the_point_and_the_projected_other_one() -> None
     p, q = random.standard_normal((2, 50, 3))
     u = random.standard_normal((50, 3))
     u /= np.linalg.norm(u, axis=1, keepdims=True)
-    centre, radius = rings(p, u, p - q, np.arange(50), True)
+    centre, radius = circles(p, u, p - q, True)
     middle = (p + q) / 2
     assert centre == pytest.approx(middle - ((middle - p) * u).sum(axis=1, keepdims=True) * u)
     across = q - ((q - p) * u).sum(axis=1, keepdims=True) * u
@@ -50,11 +50,22 @@ def test_a_tube_is_true_to_scale_and_says_so() -> None:
 
 
 def test_an_error_without_a_sign_gives_a_tube_around_the_trace() -> None:
-    drawn = tube(line([[1, 0.3, 0.4], [1, 0.3, 0.4]], "linear"))
+    drawn = tube(line([[1, 0.3, 0.4], [1, 0.3, 0.4]], "linear"), k=1)
     ring = drawn.points.reshape(2, -1, 3)
     assert ring.mean(axis=1)[:, 1:] == pytest.approx(0.0, abs=1e-12)
     assert np.linalg.norm(ring[0, :, 1:], axis=1) == pytest.approx(0.5)
-    assert "standard deviation" in drawn.shows[0].note
+    assert "k = 1" in drawn.shows[0].note
+    wide = tube(line([[1, 0.3, 0.4], [1, 0.3, 0.4]], "linear")).points.reshape(2, -1, 3)
+    assert np.linalg.norm(wide[0, :, 1:], axis=1) == pytest.approx(1.0)
+
+
+def test_nested_tubes_fade_by_equal_steps_of_the_density() -> None:
+    drawn = tube(line([[1, 0.3, 0.4], [1, 0.3, 0.4]], "linear"), k=2, steps=5, sides=12)
+    radius = np.linalg.norm(drawn.points.reshape(5, 2, 12, 3)[:, 0, :, 1:], axis=2)
+    density = np.exp(-((radius[:, 0] / 0.5) ** 2) / 2)
+    assert np.diff(density) == pytest.approx((1 - np.exp(-2)) / 5)
+    assert drawn.values["share"].values.max() == 1.0 and len(drawn.polygons) == 5 * 12
+    assert drawn.accuracy.terms[0].count == len(drawn.points)
 
 
 def test_spikes_end_where_the_estimate_puts_the_particle() -> None:
