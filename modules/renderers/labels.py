@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from modules.api import Annotated, Choice, Geometry, LabelLook, Layer, Range, Text, renderer
 from modules.data.operators import Floats
 from modules.renderers import _titles
+
+TRIES = 9
+"""Places looked at on each stretch of a line."""
 
 SPAN = 0.2
 """Part of the distance of labels over which a line is looked at for how straight it runs."""
@@ -98,22 +99,21 @@ def places(line: Floats, apart: float) -> list[tuple[float, Floats, Floats, floa
         return []
     stretches = max(1, int(total / apart)) if apart > 0 else 1
     marks = np.linspace(0, total, stretches + 1)
-    found = []
-    for low, high in pairwise(marks):
-        tries = [_at(line, run, s, SPAN * apart) for s in np.linspace(low, high, 11)[1:-1]]
-        found += sorted((t for t in tries if t[0] < MOST_BENT), key=lambda t: t[0])[:2]
-    return found
-
-
-def _at(line: Floats, run: Floats, s: float, span: float) -> tuple[float, Floats, Floats, float]:
-    """The label's place around arc length `s`, of a chord over `span` of the line."""
-    half = min(span / 2, s, float(run[-1]) - s)
-    ends = np.stack([np.interp([s - half, s, s + half], run, line[:, axis]) for axis in range(3)], axis=1)
-    chord = ends[2] - ends[0]
-    length = float(np.linalg.norm(chord))
-    bend = 2 * half / length if length > 0 else np.inf
-    middle = ends[1]
-    return bend, middle, chord, length
+    tries = marks[:-1, None] + (marks[1:] - marks[:-1])[:, None] * np.linspace(0, 1, TRIES + 2)[1:-1]
+    half = np.minimum(SPAN * apart / 2, np.minimum(tries, total - tries))
+    before, middle, after = (
+        np.stack([np.interp(tries + side * half, run, line[:, axis]) for axis in range(3)], axis=-1) for side in (-1, 0, 1)
+    )
+    chord = after - before
+    length = np.linalg.norm(chord, axis=-1)
+    bend = np.where(length > 0, 2 * half / np.where(length > 0, length, 1.0), np.inf)
+    best = np.argsort(bend, axis=1, kind="stable")[:, :2]
+    return [
+        (float(bend[i, j]), middle[i, j], chord[i, j], float(length[i, j]))
+        for i in range(stretches)
+        for j in best[i]
+        if bend[i, j] < MOST_BENT
+    ]
 
 
 def _triple(v: Floats) -> tuple[float, float, float]:
