@@ -6,13 +6,17 @@
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 import tracemalloc
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import correlate1d
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from modules.data.accuracy import Accuracy, bound, deviation
 from modules.data.operators import Chain, Gather, Operator, stencil
