@@ -15,15 +15,12 @@ from modules.mappers._contour_accuracy import FLATTEST, VALID
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-TOPOLOGY = {
-    "accurate": ("exact", "asymptotic decider and inflection points; Lopes 1999, 4.2 [accurate-cells/1]"),
-    "classic": ("unknown", "the table of 1987, without a test of ambiguous faces [table-of-1987/1]"),
-    "flying_edges": ("unknown", "a table, without a test of ambiguous faces [flying-edges/1]"),
-}
+EXACT_TOPOLOGY = "asymptotic decider and inflection points; Lopes 1999, 4.2 [accurate-cells/1]"
 
 
 def position(
-    model: Model, axes: tuple[Floats, ...], level: float, points: Floats, triangles: Ints, cell: Ints, method: str, unit: str
+    model: Model, axes: tuple[Floats, ...], level: float, points: Floats, triangles: Ints, cell: Ints, method: str, unit: str,
+    most: float = np.inf,
 ) -> tuple[Accuracy, Floats]:
     """Errors of the values as displacements of the points, and the proven distance of the triangles.
 
@@ -31,6 +28,7 @@ def position(
     ----------
     points, triangles, cell : (n, 3), (m, 3), (m,)
     unit : of lengths
+    most : a distance that the method never exceeds
 
     Returns
     -------
@@ -40,8 +38,8 @@ def position(
     """
     values = np.asarray(model.samples.values, float)
     reach, slope = kernels.marching_distance.distances(values, *axes, level, points, triangles, cell)
-    known = model.at(points)[1]
-    accuracy = known.push(scaling(1 / np.maximum(slope, FLATTEST)), quantity="position", unit=unit)
+    reach = np.minimum(reach, most)
+    accuracy = displaced(model, points, model.at(points)[1], slope, unit)
     proven = np.isfinite(reach)
     farthest = np.zeros(len(points))
     np.maximum.at(farthest, triangles.ravel(), np.repeat(np.where(proven, reach, 0.0), 3))
@@ -49,13 +47,29 @@ def position(
         "Triangles instead of the curved surface", "mapping", "proven",
         "Bernstein coefficients over the least slope in the swept box; largest of the triangles at a point [triangle-reach/1]",
     )  # fmt: skip
-    rigour, rule = TOPOLOGY[method]
     terms = [Term(source, "bound", "position", unit, farthest, Identity(len(points)))]
-    if rigour == "exact":
-        joining = Source("Topology of the surface", "mapping", "exact", rule)
-        terms.append(Term(joining, "bound", "position", unit, np.asarray(0.0), Identity(len(points))))
-    accuracy = accuracy.add(*terms).flag(*_unproven(proven), *_too_curved(model, points, known, slope))
-    return accuracy, np.where(proven, reach, np.nan)
+    if method == "accurate":
+        terms.append(exact_topology(len(points), unit, EXACT_TOPOLOGY))
+    return accuracy.add(*terms).flag(*_unproven(proven)), np.where(proven, reach, np.nan)
+
+
+def displaced(model: Model, points: Floats, known: Accuracy, slope: Floats, unit: str) -> Accuracy:
+    """Errors of the values at points as displacements along the normal, with a flag where that is too rough.
+
+    Parameters
+    ----------
+    points : (n, 3) in the model's frame
+    known : of the values there
+    slope : (n,) |grad F|, in the unit of lengths `unit`
+    """
+    accuracy = known.push(scaling(1 / np.maximum(slope, FLATTEST)), quantity="position", unit=unit)
+    return accuracy.flag(*_too_curved(model, points, known, slope))
+
+
+def exact_topology(n: int, unit: str, rule: str) -> Term:
+    """A term that says that the topology is the model's."""
+    source = Source("Topology of the surface", "mapping", "exact", rule)
+    return Term(source, "bound", "position", unit, np.asarray(0.0), Identity(n))
 
 
 def _unproven(proven: NDArray[np.bool_]) -> list[Flag]:
@@ -68,7 +82,7 @@ def _unproven(proven: NDArray[np.bool_]) -> list[Flag]:
 
 def _too_curved(model: Model, points: Floats, known: Accuracy, slope: Floats) -> list[Flag]:
     """The points where error / slope is no longer the displacement: kappa above 0.4."""
-    if not len(points):
+    if not len(points) or not known.select("value", "point"):
         return []
     error = known.total(1.0, "value")
     weights, values = Linear().weights(model.grid, points), np.asarray(model.samples.values, float)

@@ -117,7 +117,7 @@ def test_holes() -> None:
     g = drawn(holed, level=0.7)
     assert 0 < len(g.triangles) < len(drawn(model, level=0.7).triangles)
     with pytest.raises(ValueError, match="accurate"):
-        drawn(holed, level=0.7, method="classic")
+        drawn(holed, level=0.7, method="flying_edges")
 
 
 def test_what_cannot_be_drawn_is_refused() -> None:
