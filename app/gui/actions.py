@@ -93,7 +93,12 @@ ACTIONS: Final = (
     Action("hold", "Hold", "Run", "Ctrl+H", need="selection", tip="The module fires only when you press Fire"),
     Action("disable", "Disable", "Run", "Ctrl+E", need="selection", tip="The module gives nothing"),
     Action("budget", "Budget", "Accuracy", "Ctrl+B", tip="Where the error of the chosen wire or module comes from"),
+    Action("overview", "Where the error comes from", "Accuracy", "Ctrl+Alt+B", icon="accuracy",
+           tip="Every source behind a picture, over the whole network"),
     Action("flags", "Flags", "Accuracy", "Ctrl+Shift+B", icon="flag", tip="What to look at twice"),
+    Action("worst", "Worst places", "Accuracy", "Ctrl+Alt+W", tip="The largest errors of a shape, and where they are"),
+    Action("next_place", "Zoom to the next place", "Accuracy", "Ctrl+J", icon="zoomto", need="view",
+           tip="Of the chosen flag, or the chosen row of the worst places"),
     Action("coverage", "Coverage factor…", "Accuracy", apart=True,
            tip="k: standard deviations count k times in totals, legends and certificates"),
     Action("theme_system", "Theme of the system", "Window", check=True),
@@ -102,7 +107,8 @@ ACTIONS: Final = (
     Action("start_page", "Start page", "Window", apart=True),
     Action("palette", "Find an action…", "Help", "Ctrl+K", icon="search"),
     Action("help", "Help on the module", "Help", "F1", icon="help", need="selection"),
-    Action("log", "Log", "Help", apart=True),
+    Action("problems", "Problems", "Help", "Ctrl+Shift+M", apart=True, tip="What does not run, and why"),
+    Action("log", "Log", "Help", tip="What was said, and what ran"),
     Action("about", "About Nonius Explorer", "Help"),
 )  # fmt: skip
 

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 from app import __version__
 from app.engine.errors import NoniusError
 from app.gui import dropping, pictures, style
+from app.gui.places_page import Places
 
 if TYPE_CHECKING:
     from app.gui.main_window import MainWindow
@@ -315,15 +316,32 @@ class Commands:
 
     def budget(self) -> None:
         """The page of the budget."""
-        self.window.show_page(0)
+        self.window.show_page("budget")
+
+    def overview(self) -> None:
+        """The page of all sources of a picture."""
+        self.window.show_page("overview")
 
     def flags(self) -> None:
         """The page of the flags."""
-        self.window.show_page(1)
+        self.window.show_page("flags")
+
+    def worst(self) -> None:
+        """The page of the worst places."""
+        self.window.show_page("worst")
+
+    def next_place(self) -> None:
+        """To the next place of the chosen flag or of the worst places."""
+        page = self.window.pages.currentWidget()
+        (page if isinstance(page, Places) else self.window.pages.flags).go(1)
+
+    def problems(self) -> None:
+        """The page of what does not run."""
+        self.window.show_page("problems")
 
     def log(self) -> None:
         """The page of the log."""
-        self.window.show_page(2)
+        self.window.show_page("log")
 
     def coverage(self) -> None:
         """Ask for k."""

@@ -54,8 +54,9 @@ class ControlPanel(QScrollArea):
     # --- building
 
     def _chosen(self) -> None:
-        node = self.session.selection[0] if self.session.selection else ""
-        module = self.session.network[node].module if node else ""
+        nodes = self.session.network.nodes
+        node = next((n for n in self.session.selection if n in nodes), "")
+        module = nodes[node].module if node else ""
         if (node, module) != (self.node, self._module):
             self.node, self._module = node, module
             self._build()

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QMenu,
     QSplitter,
     QStackedWidget,
-    QTabWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -23,7 +22,6 @@ from PySide6.QtWidgets import (
 from app.engine.errors import NoniusError
 from app.gui import dropping, style, toolbar
 from app.gui.actions import ACTIONS, MENUS
-from app.gui.budget_view import BudgetView
 from app.gui.canvas import Canvas
 from app.gui.commands import Commands
 from app.gui.control_panel import ControlPanel
@@ -31,7 +29,8 @@ from app.gui.first_run import FirstRun
 from app.gui.help_page import HelpPage
 from app.gui.icons import icon
 from app.gui.librarian import Librarian
-from app.gui.pages import FlagsPage, LogPage
+from app.gui.lower import Lower
+from app.gui.places_page import Spot
 from app.gui.recovery import Lost
 from app.gui.session import Session
 from app.gui.status import Overall, Status
@@ -64,9 +63,7 @@ class MainWindow(QMainWindow):
         self.setDockNestingEnabled(True)
         self.canvas = Canvas(session)
         self.views = Views(session, self.studio)
-        self.budget = BudgetView(session)
-        self.flags = FlagsPage(session)
-        self.log = LogPage(session)
+        self.pages = Lower(session)
         self.librarian = Librarian(session)
         self.panel = ControlPanel(session)
         self._actions()
@@ -107,10 +104,6 @@ class MainWindow(QMainWindow):
             (Qt.Corner.BottomRightCorner, Qt.DockWidgetArea.RightDockWidgetArea),
         ):
             self.setCorner(corner, area)
-        self.pages = QTabWidget()
-        self.pages.setDocumentMode(True)
-        for page, words in ((self.budget, "Budget"), (self.flags, "Flags"), (self.log, "Log")):
-            self.pages.addTab(page, words)
         sides = Qt.DockWidgetArea
         self.docks = {
             "Librarian": self._dock("Librarian", self.librarian, sides.LeftDockWidgetArea),
@@ -168,8 +161,10 @@ class MainWindow(QMainWindow):
         session.networkChanged.connect(self._soon.start)
         session.selectionChanged.connect(self.enable)
         session.networkChanged.connect(lambda: self.show_work() if session.network.nodes else None)
-        session.waveDone.connect(lambda _: self._flagged())
-        self.canvas.wireSelected.connect(lambda node, output: self.budget.show_wire(node, output) if node else None)
+        self.pages.counted.connect(lambda flags, _: self.status.tell_flags(flags))
+        self.pages.zoomAsked.connect(self.zoom_to)
+        self.pages.went.connect(self.canvas.show_node)
+        self.canvas.wireSelected.connect(self.pages.show_wire)
         self.canvas.helpRequested.connect(self.show_help)
         self.canvas.said.connect(lambda words: self.status.say("info", words))
         self.panel.helpAsked.connect(self.show_help)
@@ -179,7 +174,7 @@ class MainWindow(QMainWindow):
         self.librarian.brokenRequested.connect(self._broken)
         self.views.pictureAsked.connect(self.commands.save_picture)
         self.studio.did.connect(self._pictured)
-        self.status.flagsAsked.connect(lambda: self.show_page(1))
+        self.status.pageAsked.connect(self.show_page)
         style.watch().changed.connect(self._restyle)
 
     # --- following
@@ -209,10 +204,6 @@ class MainWindow(QMainWindow):
         checked |= {f"theme_{name}": style.watch().choice == name for name in ("system", "light", "dark")}
         for name, on in checked.items():
             self.made[name].setChecked(on)
-
-    def _flagged(self) -> None:
-        self.pages.setTabText(1, f"Flags  {self.flags.count}" if self.flags.count else "Flags")
-        self.status.tell_flags(self.flags.count)
 
     def _restyle(self) -> None:
         for action in ACTIONS:
@@ -249,10 +240,16 @@ class MainWindow(QMainWindow):
             dock.setVisible(on)
         self.bar.setVisible(on)
 
-    def show_page(self, index: int) -> None:
-        """A page of the lower dock."""
+    def show_page(self, name: str) -> None:
+        """A page of the lower dock, by the name of its action."""
+        self.show_work()
         self.docks["Budget"].show()
-        self.pages.setCurrentIndex(index)
+        self.pages.show_page(name)
+
+    def zoom_to(self, spot: Spot) -> None:
+        """Bring a place of the data into view."""
+        if not self.views.look_at(spot.node, spot.point, spot.seen):
+            self.session.message.emit("warning", f"No view shows what {spot.node} gives: wire it into one to see the place")
 
     def show_help(self, module: str) -> None:
         """The help page of a module, in a window of its own."""
@@ -289,8 +286,8 @@ class MainWindow(QMainWindow):
     def _broken(self, name: str) -> None:
         broken = self.session.catalogue.broken.get(name)
         if broken is not None:
-            self.log.write(f"{broken.where} did not load: {broken.sentence}\n{broken.traceback}")
-            self.show_page(2)
+            self.pages.log.write(f"{broken.where} did not load: {broken.sentence}\n{broken.traceback}")
+            self.show_page("log")
 
     def _pictured(self, tag: object, result: Any) -> None:
         if not (isinstance(tag, tuple) and tag[0] == "picture"):

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from typing import Final
 
 from PySide6.QtCore import QEasingCurve, QObject, QSettings, Qt, QVariantAnimation
 from PySide6.QtWidgets import QApplication
 
-CHOICES: Final = {"system": "As the system", "reduced": "Reduced"}
+CHOICES: Final = {"short": "Short, where it helps to follow", "reduced": "None"}
 ZOOM: Final = 300
 """Milliseconds of a flight to a place."""
 CANVAS: Final = 200
 
 
 def reduced() -> bool:
-    """Whether nothing shall move by itself."""
-    if QSettings().value("motion", "system") == "reduced":
+    """Whether nothing shall move by itself: the user says so, or Windows does (other systems do not tell Qt)."""
+    if QSettings().value("motion", "short") == "reduced":
         return True
-    return not QApplication.isEffectEnabled(Qt.UIEffect.UI_General)
+    return sys.platform == "win32" and not QApplication.isEffectEnabled(Qt.UIEffect.UI_General)
 
 
 def glide(parent: QObject, milliseconds: int, step: Callable[[float], object]) -> QVariantAnimation | None:

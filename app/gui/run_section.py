@@ -85,7 +85,7 @@ class RunSection(QWidget):
 
 
 class FailureCard(QFrame):
-    """What failed, in a sentence; the traceback below it, and a button that copies both."""
+    """What failed, in a sentence; what went in, the traceback, and a button that copies all of it."""
 
     def __init__(self, session: Session, node: str) -> None:
         super().__init__()
@@ -94,6 +94,9 @@ class FailureCard(QFrame):
         self.sentence = style.labelled("")
         self.sentence.setWordWrap(True)
         self.sentence.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.inputs = style.labelled("", "small")
+        self.inputs.setWordWrap(True)
+        self.inputs.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.trace = QPlainTextEdit()
         self.trace.setReadOnly(True)
         self.trace.setFont(style.mono(11))
@@ -101,7 +104,7 @@ class FailureCard(QFrame):
         self.trace.setFixedHeight(150)
         self.trace.hide()
         self.more = button("Show traceback", self._more, link=True)
-        self.copy = button("Copy", self._copy, link=True, tip="Copy the sentence and the traceback")
+        self.copy = button("Copy report", self._copy, link=True, tip="Copy the sentence, the inputs and the traceback")
         self.again = button("Try again", lambda: session.fire(node), link=True)
         row = QHBoxLayout()
         for one in (self.again, self.more, self.copy):
@@ -111,6 +114,7 @@ class FailureCard(QFrame):
         column.setContentsMargins(10, 8, 10, 6)
         column.setSpacing(4)
         column.addWidget(self.sentence)
+        column.addWidget(self.inputs)
         column.addLayout(row)
         column.addWidget(self.trace)
         self.refresh()
@@ -122,6 +126,8 @@ class FailureCard(QFrame):
         self.setVisible(failed)
         if failed:
             self.sentence.setText(state.sentence)
+            self.inputs.setText("\n".join(summary.inputs(self.session, self.node)))
+            self.inputs.setVisible(bool(self.inputs.text()))
             self.trace.setPlainText(state.error.traceback if state.error else "")
             self.more.setVisible(bool(state.error and state.error.traceback))
 
@@ -129,8 +135,13 @@ class FailureCard(QFrame):
         self.trace.setVisible(not self.trace.isVisible())
         self.more.setText("Hide traceback" if self.trace.isVisible() else "Show traceback")
 
+    def report(self) -> str:
+        """All that is known of the failure, as text."""
+        parts = (f"{self.node}: {self.sentence.text()}", self.inputs.text(), self.trace.toPlainText())
+        return "\n\n".join(part for part in parts if part).strip()
+
     def _copy(self) -> None:
-        QGuiApplication.clipboard().setText(f"{self.node}: {self.sentence.text()}\n\n{self.trace.toPlainText()}".strip())
+        QGuiApplication.clipboard().setText(self.report())
 
 
 def megabytes(size: int) -> str:

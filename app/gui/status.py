@@ -18,7 +18,7 @@ LONGEST = 34
 class Status(QStatusBar):
     """The status bar."""
 
-    flagsAsked = Signal()
+    pageAsked = Signal(str)
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -41,8 +41,8 @@ class Status(QStatusBar):
         inner.addWidget(self.said, 1)
         inner.addWidget(self.machine)
         self.addWidget(row, 1)
-        self.failed.clicked.connect(self._choose_failed)
-        self.flags.clicked.connect(self.flagsAsked)
+        self.failed.clicked.connect(lambda: self.pageAsked.emit("problems"))
+        self.flags.clicked.connect(lambda: self.pageAsked.emit("flags"))
         self._quiet = QTimer(self, singleShot=True, interval=8000)
         self._quiet.timeout.connect(lambda: self.said.setText(""))
         self._soon = QTimer(self, singleShot=True, interval=60)
@@ -75,7 +75,7 @@ class Status(QStatusBar):
         failed = [n for n in self.session.network.nodes if self.session.state(n).kind == "failed"]
         self.failed.setVisible(bool(failed))
         self.failed.setText(f"{len(failed)} failed")
-        self.failed.setToolTip(f"Choose {failed[0]}, which failed" if failed else "")
+        self.failed.setToolTip(f"{', '.join(failed[:4])}: click for what went wrong" if failed else "")
 
     def _running(self, busy: tuple[str, ...]) -> str:
         progress = self.session.state(busy[0]).progress
@@ -86,10 +86,6 @@ class Status(QStatusBar):
         self.flags.setVisible(count > 0)
         self.flags.setIcon(icons.icon("flag", "flag"))
         self.flags.setText(numbers.plural(count, "flag"))
-
-    def _choose_failed(self) -> None:
-        failed = [n for n in self.session.network.nodes if self.session.state(n).kind == "failed"]
-        self.session.select(failed[:1])
 
     def _machine(self) -> None:
         results = self.session.runs.results

@@ -12,7 +12,7 @@ from modules.parameters import Parameter
 
 if TYPE_CHECKING:
     from app.engine.network import Node
-    from app.gui.session import NodeState
+    from app.gui.session import NodeState, Session
     from modules.declare import Module
 
 WAITS = {"dirty": "waits for a run", "queued": "in line", "blocked": "waits for an input", "held": "held until Fire",
@@ -106,6 +106,25 @@ def went(state: NodeState, facts: Mapping[str, Any]) -> str:
         parts = [WAITS["cached"] if state.kind == "cached" else elapsed(state.seconds), size(facts)]
         return " · ".join(p for p in parts if p)
     return WAITS.get(state.kind, "")
+
+
+def inputs(session: Session, node: str) -> list[str]:
+    """What goes into a node, a line each: the wires with what comes over them, then the values that are not defaults."""
+    network = session.network
+    found = []
+    for port, origins in network.incoming.get(node, {}).items():
+        for source, output in origins:
+            value = (session.outputs(source) or {}).get(output.partition(":")[0])
+            known = session.facts(source).get(output.partition(":")[0], {})
+            late = " of before the last edit" if value is not None and session.stale(source) else ""
+            what = ", ".join(part for part in (type(value).__name__, size({output: known})) if part)
+            found.append(f"{port} ← {source}.{output}: {what + late if value is not None else 'no result'}")
+    given = network[node].parameters
+    record = session.catalogue.get(network[node].module)
+    for parameter in record.parameters if record else ():
+        if parameter.name in given and given[parameter.name] != parameter.default:
+            found.append(f"{parameter.name} = {parameter.plain(given[parameter.name])}")
+    return found
 
 
 def elapsed(seconds: float | None) -> str:

@@ -18,6 +18,7 @@ from modules.api import (
     Term,
     accuracy_mapper,
 )
+from modules.data.places import where
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -132,22 +133,13 @@ def _positions(geometry: Geometry, terms: tuple[Term, ...], which: Ints, item: I
 
 
 def _places(geometry: Geometry, term: Term, item: Ints) -> Floats:
-    if term.place == "point":
-        return np.asarray(geometry.points[item])
-    if term.place == "segment":
-        return np.asarray(geometry.points[geometry.segments()[item]].mean(axis=1))
     if term.place == "own":
         if term.points is None:
             raise ValueError(f"the errors {term.name!r} do not say where they are")
         return np.asarray(term.points[item])
-    parts = (geometry.vertices, geometry.lines, geometry.polygons)
-    starts = np.concatenate([[0], np.cumsum([len(p) for p in parts])])
-    at = np.empty((len(item), 3))
-    for row, cell in enumerate(item):
-        kind = int(np.searchsorted(starts, cell, "right")) - 1
-        part, inner = parts[kind], int(cell - starts[kind])
-        at[row] = geometry.points[part.connectivity[part.offsets[inner] : part.offsets[inner + 1]]].mean(axis=0)
-    return at
+    found = where(geometry, term.place, item)
+    assert found is not None
+    return found
 
 
 def _table(

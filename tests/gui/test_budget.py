@@ -9,7 +9,8 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QImage, QPainter
 
 from app.gui import style
-from app.gui.budget_view import BudgetView, draw_bar
+from app.gui.bars import draw_bar
+from app.gui.budget_view import BudgetView
 from app.gui.budgets import budget_of
 from app.gui.session import Session
 from modules.data.accuracy import Accuracy, Missing
@@ -81,7 +82,8 @@ def test_the_budget_of_the_chosen_node_is_shown(session_of: Callable[..., Sessio
     session.edit("Add", network)
     session.select(["field"])
     qtbot.waitUntil(lambda: view.budget is not None, timeout=30000)
-    assert view.bars.rows()
-    rows = view.bars.rows()
-    assert [r[5] for r in rows if r[4] != "unknown"] == sorted((r[5] for r in rows if r[4] != "unknown"), reverse=True)
+    rows = view.bars.rows
+    assert rows
+    shares = [r.share for r in rows if r.rigour != "unknown"]
+    assert shares == sorted(shares, reverse=True)
     assert view.total.accessibleName()
