@@ -240,7 +240,8 @@ def _crossings(ends: Integers, values: Floats, axes: tuple[Floats, ...], level: 
     """(n, 3) where F is at the level between two nodes of an edge."""
     f = values.ravel()[ends] - level
     t = np.clip(f[:, 0] / (f[:, 0] - f[:, 1]), 0.0, 1.0)[:, None]
-    return (1 - t) * place(ends[:, 0], values.shape, axes) + t * place(ends[:, 1], values.shape, axes)
+    low, high = (place(ends[:, n], values.shape, axes) for n in (0, 1))
+    return low + t * (high - low)
 
 
 def place(nodes: Integers, shape: tuple[int, ...], axes: tuple[Floats, ...]) -> Floats:

@@ -94,7 +94,7 @@ def surface(nodes: Floats, tetrahedra: Integers, values: Floats, level: float) -
     keys, triangles = np.unique(ends[..., 0] * len(nodes) + ends[..., 1], return_inverse=True)
     low, high = np.divmod(keys, len(nodes))
     t = np.clip((level - values[low]) / (values[high] - values[low]), 0.0, 1.0)
-    points = (1 - t[:, None]) * nodes[low] + t[:, None] * nodes[high]
+    points = nodes[low] + t[:, None] * (nodes[high] - nodes[low])
     return Linear(Mesh(points, triangles.reshape(-1, 3), at[row]), np.column_stack([low, high]), t)
 
 
