@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import networkx
@@ -160,6 +160,16 @@ def problems(nodes: Mapping[str, Node], wires: Mapping[Socket, Origin], catalogu
         for port in record.ports:
             if not port.optional and (name, port.name) not in wired:
                 found.append(NetworkError(f"{name} ({record.title}) {unwired(record, port)}", node=name, port=port.name))
+    return found
+
+
+def through(record: Module, wired: Collection[str]) -> dict[str, str]:
+    """Output -> port that goes on in its place when the module is bypassed; none for outputs without a port of their type."""
+    found = {}
+    for output in record.outputs:
+        fitting = sorted((p.name not in wired, i, p.name) for i, p in enumerate(record.ports) if p.type is output.type)
+        if fitting:
+            found[output.name] = fitting[0][2]
     return found
 
 

@@ -147,7 +147,7 @@ class Engine:
         UnknownName : a wanted node is not in the network
         """
         names = network.sinks() if wanted is None else tuple(dict.fromkeys(network[n].id for n in wanted))
-        self._mail.put(Want(network, names, interim))
+        self._mail.put(Want(network.around, names, interim))
 
     def cancel(self) -> None:
         """Stop the wave; what has been computed is kept."""

@@ -16,8 +16,8 @@ import networkx
 
 from app.engine import check
 from app.engine.catalogue import Catalogue
-from app.engine.errors import CycleError, NameTaken, PortTaken, UnknownName, ValueRefused, hint
-from modules.declare import Module
+from app.engine.errors import CycleError, NameTaken, PortTaken, TypeMismatch, UnknownName, ValueRefused, hint
+from modules.declare import Module, article
 
 NAME: Final = re.compile(r"[^\W]([\w-]*\w)?")
 """What an id may be: it stands in wires as "id.output -> id.port[slot]"."""
@@ -45,6 +45,7 @@ class Node:
     view : position, size, camera, open panels: saved, in no key
     extras : keys of the file that this program does not know
     disabled : gives nothing, and blocks what hangs on it
+    bypass : output -> port whose wire goes on in its place; the node does not fire; empty for a node that does
     """
 
     id: str
@@ -54,6 +55,12 @@ class Node:
     view: Mapping[str, Any] = field(default_factory=dict)
     extras: Mapping[str, Any] = field(default_factory=dict)
     disabled: bool = False
+    bypass: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def passes(self) -> bool:
+        """Whether what comes in goes on in place of what it gives."""
+        return bool(self.bypass) and not self.disabled
 
     @cached_property
     def memo(self) -> dict[str, Any]:
@@ -93,7 +100,7 @@ class Network:
         return self.nodes[node]
 
     def __getstate__(self) -> dict[str, Any]:
-        return {k: v for k, v in self.__dict__.items() if k not in ("graph", "order", "incoming")}
+        return {k: v for k, v in self.__dict__.items() if k not in ("graph", "order", "incoming", "around")}
 
     @property
     def k(self) -> float:
@@ -124,10 +131,30 @@ class Network:
             for target, ports in ends.items()
         }
 
+    @cached_property
+    def around(self) -> Network:
+        """As it is run: wires go round the nodes that are bypassed. Itself if there are none."""
+        off = {n for n, node in self.nodes.items() if node.passes}
+        if not off:
+            return self
+        ends = {end: self._behind(origin) for end, origin in self.wires.items() if end[0] not in off}
+        return replace(self, wires=without_gaps({end: origin for end, origin in ends.items() if origin is not None}))
+
+    def _behind(self, origin: Origin) -> Origin | None:
+        """What really comes over a wire; None if nothing is wired to the port that a bypassed node passes on."""
+        source, output = origin
+        node = self.nodes.get(source)
+        if node is None or not node.passes:
+            return origin
+        plain, _, twin = output.partition(":")
+        origins = self.incoming.get(source, {}).get(node.bypass.get(plain, ""), ())
+        found = self._behind(origins[0]) if origins else None
+        return found if found is None or not twin else (found[0], f"{found[1].partition(':')[0]}:{twin}")
+
     def sinks(self) -> tuple[str, ...]:
         """Nodes on which no other hangs: what is wanted if nothing is said."""
-        used = {source for source, _ in self.wires.values()}
-        return tuple(sorted(n for n in self.nodes if n not in used))
+        used = {source for source, _ in self.around.wires.values()}
+        return tuple(sorted(n for n, node in self.nodes.items() if n not in used and not node.passes))
 
     def fresh_id(self, module: str, taken: Iterable[str] = ()) -> str:
         """The id that `add` would give: "contour-1", one above the highest there is."""
@@ -199,6 +226,22 @@ class Network:
     def disable(self, node: str, disabled: bool = True) -> Network:
         """With a node that gives nothing, or gives again."""
         return self._with(replace(self[node], disabled=disabled))
+
+    def pass_through(self, node: str, on: bool, catalogue: Catalogue) -> Network:
+        """With a node that passes on what comes in: for each output the first port of its type, a wired one before others.
+
+        Raises
+        ------
+        TypeMismatch : no port has the type of an output
+        """
+        old = self[node]
+        through = check.through(check.known(old.module, node, catalogue), self.incoming.get(node, {})) if on else {}
+        if on and not through:
+            record = check.known(old.module, node, catalogue)
+            takes = " and ".join(dict.fromkeys(article(p.type) for p in record.ports)) or "nothing"
+            gives = article(record.outputs[0].type)
+            raise TypeMismatch(f"{record.title} cannot be bypassed: it takes {takes} and gives {gives}; disable it", node=node)
+        return self._with(replace(old, bypass=through))
 
     def look(self, node: str, **view: Any) -> Network:
         """With other view data of a node (camera, panels); None takes a key out."""

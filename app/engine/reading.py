@@ -19,7 +19,7 @@ WIRE = re.compile(
     r"(?P<source>[^.\s]+)\.(?P<output>\w+(:accuracy)?) -> (?P<target>[^.\s]+)\.(?P<port>\w+)(\[(?P<slot>\d{1,6})\])?"
 )
 KEYS = ("format", "schema", "settings", "files", "nodes", "wires")
-NODE_KEYS = ("id", "module", "version", "parameters", "view", "disabled")
+NODE_KEYS = ("id", "module", "version", "parameters", "view", "disabled", "bypass")
 
 
 def parse(text: str | bytes, name: str) -> dict[str, Any]:
@@ -149,6 +149,9 @@ class Reader:
         disabled = record.get("disabled", False)
         if not isinstance(disabled, bool):
             self._refuse(f'node {name!r}: "disabled" is true or false, not {disabled!r}', near)
+        bypass = self._typed(record, "bypass", dict, {}, f"node {name!r}: ", near)
+        if not all(isinstance(port, str) for port in bypass.values()):
+            self._refuse(f'node {name!r}: "bypass" names a port for each output, not {bypass!r}', near)
         values = self._typed(record, "parameters", dict, {}, f"node {name!r}: ", near)
         view = self._typed(record, "view", dict, {}, f"node {name!r}: ", near)
         extras = {k: v for k, v in record.items() if k not in NODE_KEYS}
@@ -157,9 +160,9 @@ class Reader:
         if found is None:
             self._finite(values, near)
             self._warn(f"{name}: there is no module {module!r}{self.catalogue.nearest(module)}; it is kept as it is", near)
-            return Node(name, module, version, values, view, extras, disabled)
+            return Node(name, module, version, values, view, extras, disabled, bypass)
         values = self._values(name, found, version, values, near)
-        return Node(name, found.id, max(version, found.version), values, view, extras, disabled)
+        return Node(name, found.id, max(version, found.version), values, view, extras, disabled, bypass)
 
     def _values(self, name: str, record: Module, version: int, given: dict[str, Any], near: str) -> dict[str, Any]:
         """Values in their types. Of another version, what does not fit is kept, and told when it runs."""

@@ -205,12 +205,12 @@ def plan(
 
 
 def _disabled(network: Network, names: Iterable[str]) -> dict[str, str]:
-    """Disabled nodes and what hangs on them -> the disabled node."""
+    """Disabled nodes and what hangs on them -> the disabled node. A bypassed one gives nothing itself either."""
     blocked: dict[str, str] = {}
-    if not any(network.nodes[n].disabled for n in names):
+    if not any(network.nodes[n].disabled or network.nodes[n].passes for n in names):
         return blocked
     for name in names:
-        if network.nodes[name].disabled:
+        if network.nodes[name].disabled or network.nodes[name].passes:
             blocked[name] = name
         elif culprits := [blocked[s] for s in sorted(network.graph.predecessors(name)) if s in blocked]:
             blocked[name] = culprits[0]

@@ -51,6 +51,8 @@ def node_record(node: Node, catalogue: Catalogue, folder: Path | None) -> dict[s
     }
     if node.disabled:
         record["disabled"] = True
+    if node.bypass:
+        record["bypass"] = dict(sorted(node.bypass.items()))
     if node.view:
         record["view"] = dict(node.view)
     return record | dict(sorted(node.extras.items()))

@@ -92,6 +92,8 @@ ACTIONS: Final = (
            tip="Nothing runs until you unfreeze; edits go on"),
     Action("hold", "Hold", "Run", "Ctrl+H", need="selection", tip="The module fires only when you press Fire"),
     Action("disable", "Disable", "Run", "Ctrl+E", need="selection", tip="The module gives nothing"),
+    Action("bypass", "Bypass", "Run", "Ctrl+Shift+E", need="selection",
+           tip="What comes into the module goes on in place of what it gives"),
     Action("budget", "Budget", "Accuracy", "Ctrl+B", tip="Where the error of the chosen wire or module comes from"),
     Action("overview", "Where the error comes from", "Accuracy", "Ctrl+Alt+B", icon="accuracy",
            tip="Every source behind a picture, over the whole network"),

@@ -312,6 +312,10 @@ class Commands:
         for node in self.session.selection:
             self.session.disable(node)
 
+    def bypass(self) -> None:
+        """Let what comes into the chosen nodes go on, or let them fire again."""
+        self.session.bypass(self.session.selection)
+
     # --- accuracy and help
 
     def budget(self) -> None:

@@ -322,6 +322,11 @@ def _state(kind: str) -> QPainterPath:
         case "disabled":
             p.addEllipse(QPointF(), 5.5, 5.5)
             _lines(p, (-3.9, 3.9, 3.9, -3.9))
+        case "bypassed":
+            p.moveTo(-5.5, 3)
+            p.cubicTo(-5.5, -6, 5, -6, 5, 2)
+            _lines(p, (2.2, -0.4, 5, 2.6), (5, 2.6, 7.2, -0.8))
+            p.addEllipse(QPointF(0, 3.4), 1.2, 1.2)
         case _:
             p.addEllipse(QPointF(), 4, 4)
     return p

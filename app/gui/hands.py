@@ -136,6 +136,13 @@ class Hands:
         if self._edit("Duplicate", lambda: network.paste(part, session.catalogue, incoming=incoming, by=(32.0, 32.0))):
             session.select(fresh.values())
 
+    def bypass(self, node: str) -> None:
+        """Let what comes into a node go on, or let it fire again; a refusal is said."""
+        try:
+            self.session.bypass([node])
+        except NoniusError as error:
+            self.canvas.say(str(error))
+
     def rename(self, node: str, title: str) -> None:
         """Give a node another title; its own again if it is empty."""
         network = self.session.network

@@ -143,7 +143,7 @@ class NodeItem(QGraphicsItem):
         """The state to draw; a node without a module or that is disabled says so whatever the engine knows."""
         if self.record is None:
             return "missing"
-        return "disabled" if self.node.disabled else self.state.kind
+        return "disabled" if self.node.disabled else "bypassed" if self.node.bypass else self.state.kind
 
     @property
     def rect(self) -> QRectF:
@@ -295,10 +295,12 @@ class NodeItem(QGraphicsItem):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(edge)
         painter.drawPath(body)
+        if kind == "bypassed":
+            self._paint_through(painter)
         if self.chosen:
             painter.setPen(QPen(look["action"], 2))
             painter.drawRoundedRect(rect.adjusted(-3.5, -3.5, 3.5, 3.5), 9, 9)
-        quiet = kind in ("blocked", "disabled", "held")
+        quiet = kind in ("blocked", "disabled", "bypassed", "held")
         glyphs.room(painter, self.record.room if self.record else "missing", QPointF(10, 6), look["text 2"])
         painter.setFont(font(12, True))
         painter.setPen(look["text 2" if quiet else "text"])
@@ -306,6 +308,18 @@ class NodeItem(QGraphicsItem):
         title = QFontMetricsF(font(12, True)).elidedText(self.title, Qt.TextElideMode.ElideRight, room.width())
         painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, title)
         glyphs.state(painter, kind, QPointF(self.width - 15, 14), look, self.state.progress, self.turn)
+
+    def _paint_through(self, painter: QPainter) -> None:
+        """Lines from the ports that go on to the outputs in their place."""
+        for output, port in self.node.bypass.items():
+            start, end = self.plug(port, False), self.plug(output, True)
+            if start and end:
+                pen = QPen(self.look.port(end.kind), 2.25)
+                pen.setDashPattern([2, 2])
+                painter.setPen(pen)
+                way = QPainterPath(start.at)
+                way.cubicTo(QPointF(self.width / 2, start.y), QPointF(self.width / 2, end.y), end.at)
+                painter.drawPath(way)
 
     def _paint_bar(self, painter: QPainter) -> None:
         y = self.size[1] - 3
@@ -318,14 +332,16 @@ class NodeItem(QGraphicsItem):
         metrics = QFontMetricsF(font(11))
         wide = 96.0 if self.named else self.width - 24
         painter.setPen(look["text 2"])
-        painter.drawText(QPointF(12, 45), metrics.elidedText(self.first, Qt.TextElideMode.ElideRight, wide))
+        if self.kind != "bypassed":  # there the way through is drawn
+            painter.drawText(QPointF(12, 45), metrics.elidedText(self.first, Qt.TextElideMode.ElideRight, wide))
         if not self.sentence.isNull():
             painter.setPen(look["text"])
             flags = Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignVCenter
             painter.drawText(self.sentence.adjusted(14, 2, -14, -2), flags, self.state.sentence or "failed")
         else:
             painter.setPen(look["action" if self.kind == "running" else "text 3"])
-            text = summary.WAITS[self.kind] if self.kind in ("missing", "disabled") else summary.went(self.state, self.facts)
+            said = self.kind in ("missing", "disabled", "bypassed")
+            text = summary.WAITS[self.kind] if said else summary.went(self.state, self.facts)
             painter.drawText(QPointF(12, 66), metrics.elidedText(text, Qt.TextElideMode.ElideRight, wide))
         if self.named:
             painter.setPen(look["text 3"])

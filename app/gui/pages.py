@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtGui import QGuiApplication, QKeyEvent, QKeySequence
 from PySide6.QtWidgets import (
     QAbstractItemView,
@@ -169,6 +169,14 @@ class LogPage(QListWidget):
             self.write(f"{node} failed: {state.sentence}", node)
         elif state.kind == "clean" and state.seconds:
             self.write(f"{node} ran {1000 * state.seconds:.0f} ms{'; ' + state.sentence if state.sentence else ''}", node)
+
+    def event(self, event: QEvent) -> bool:
+        """Copy is the log's own while it has the focus, and not that of the window."""
+        if event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            if event.matches(QKeySequence.StandardKey.Copy):
+                event.accept()
+                return True
+        return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Copy."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QGuiApplication
-from PySide6.QtWidgets import QFormLayout, QFrame, QHBoxLayout, QLabel, QPlainTextEdit, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFormLayout, QFrame, QGridLayout, QHBoxLayout, QLabel, QPlainTextEdit, QVBoxLayout, QWidget
 
+from app.engine.errors import NoniusError
 from app.gui import style, summary
 from app.gui.session import Session
 from app.gui.widgets.parts import button
@@ -13,7 +14,7 @@ from app.gui.widgets.parts import button
 WORDS = {
     "clean": "done", "cached": "done, its result was there already", "dirty": "has not run since the last edit",
     "queued": "in line", "running": "running", "failed": "failed", "blocked": "waits", "held": "held until you press Fire",
-    "disabled": "disabled", "missing": "its module is not installed",
+    "disabled": "disabled", "bypassed": "bypassed: what comes in goes on", "missing": "its module is not installed",
 }  # fmt: skip
 
 
@@ -34,15 +35,15 @@ class RunSection(QWidget):
         self.said.setWordWrap(True)
         self.hold = button("Hold", self._hold, tip="Let it fire only when you press Fire")
         self.off = button("Disable", lambda: session.disable(node), tip="It gives nothing, and what hangs on it waits")
+        self.past = button("Bypass", self._bypass, tip="What comes in goes on in place of what it gives")
         self.fire = button("Fire", lambda: session.fire(node), tip="Run it again, also if its result is there")
         self.run = button("Run to here", lambda: session.run_to(node), tip="Run all that it needs, and it (Shift+F5)")
-        row = QHBoxLayout()
+        row = QGridLayout()
         row.setContentsMargins(0, 4, 0, 0)
         row.setSpacing(6)
-        for one in (self.hold, self.off, self.fire, self.run):
+        for i, one in enumerate((self.hold, self.off, self.past, self.fire, self.run)):
             one.setProperty("compact", True)
-            row.addWidget(one)
-        row.addStretch(1)
+            row.addWidget(one, i // 3, i % 3)
         column = QVBoxLayout(self)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(6)
@@ -63,6 +64,12 @@ class RunSection(QWidget):
         self.session.hold(self.node)
         self.refresh()
 
+    def _bypass(self) -> None:
+        try:
+            self.session.bypass([self.node])
+        except NoniusError as error:
+            self.session.message.emit("error", str(error))
+
     def refresh(self) -> None:
         """Show how the node is."""
         session, node = self.session, self.node
@@ -80,6 +87,7 @@ class RunSection(QWidget):
         self.said.setText(said)
         self.said.setVisible(bool(said))
         self.hold.setText("Let go" if session.network[node].view.get("held") else "Hold")
+        self.past.setText("Let fire" if session.network[node].bypass else "Bypass")
         self.off.setText("Enable" if session.network[node].disabled else "Disable")
         self.failure.refresh()
 

@@ -65,6 +65,9 @@ class Runs(QObject):
             return NodeState("missing", sentence=words)
         if there.disabled:
             return NodeState("disabled", sentence="disabled: it gives nothing; enable it in the Run menu")
+        if there.bypass:
+            ways = ", ".join(f"{port} goes on as {output}" for output, port in there.bypass.items())
+            return NodeState("bypassed", sentence=f"bypassed: {ways}")
         state = self._states.get(node, NodeState())
         if there.view.get("held") and state.kind not in ("running", "clean", "cached"):
             return NodeState("held", seconds=state.seconds, sentence="held: fires only when you press Fire")
@@ -120,19 +123,20 @@ class Runs(QObject):
         """Ask for results; held nodes, and what hangs on them, wait unless their result is there."""
         held = {n for n, node in self.network.nodes.items() if node.view.get("held") and n not in self._fresh}
         waiting = with_descendants(self.network, held)
-        names = [n for n in dict.fromkeys(wanted) if n in self.network.nodes and n not in waiting]
+        nodes = self.network.nodes
+        names = [n for n in dict.fromkeys(wanted) if n in nodes and n not in waiting and not nodes[n].passes]
         self._ask(names, interim)
 
     def fire(self, node: str) -> None:
         """Run a node, also one that is held, failed before, or has a result."""
-        if node not in self.network.nodes:
+        if node not in self.network.nodes or self.network[node].passes:
             return
         self._edited[node] = self._serial = self._serial + 1
         self._ask([node], False)
         self.worker.engine.fire(node)
 
     def _ask(self, names: list[str], interim: bool) -> None:
-        needed = scheduler.upstream(self.network, names)
+        needed = scheduler.upstream(self.network.around, names)
         for name in needed:
             if name not in self._fresh and self._states.get(name, NodeState()).kind in ("dirty", "blocked"):
                 self._become(name, NodeState("queued", seconds=self.seconds(name)))

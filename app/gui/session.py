@@ -386,6 +386,21 @@ class Session(QObject):
         off = not self.network[node].disabled
         self.edit(f"{'Disable' if off else 'Enable'} {node}", self.network.disable(node, off))
 
+    def bypass(self, nodes: Iterable[str]) -> None:
+        """Let what comes into nodes go on in place of what they give; if all are bypassed they fire again.
+
+        Raises
+        ------
+        TypeMismatch : a node gives another type than it takes
+        """
+        names = tuple(nodes)
+        on = not all(self.network[n].bypass for n in names)
+        network = self.network
+        for name in names:
+            network = network.pass_through(name, on, self.catalogue)
+        what = names[0] if len(names) == 1 else f"{len(names)} nodes"
+        self.edit(f"Bypass {what}" if on else f"Let {what} fire again", network)
+
     def _schedule(self, interim: bool, always: bool = False) -> None:
         if self._closed or (self.frozen and not always):
             return

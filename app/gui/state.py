@@ -9,7 +9,7 @@ from typing import Literal
 from app.engine.errors import ModuleFailed
 from app.engine.network import Network, Node
 
-Kind = Literal["clean", "dirty", "queued", "running", "cached", "failed", "blocked", "held", "disabled", "missing"]
+Kind = Literal["clean", "dirty", "queued", "running", "cached", "failed", "blocked", "held", "disabled", "bypassed", "missing"]
 
 
 @dataclass(frozen=True)
@@ -63,4 +63,4 @@ def _equal(old: Node | None, new: Node) -> bool:
     if old is None:
         return False
     same = old.parameters is new.parameters or old.parameters == new.parameters
-    return same and (old.module, old.version, old.disabled) == (new.module, new.version, new.disabled)
+    return same and (old.module, old.version, old.disabled, old.bypass) == (new.module, new.version, new.disabled, new.bypass)

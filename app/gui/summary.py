@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from modules.declare import Module
 
 WAITS = {"dirty": "waits for a run", "queued": "in line", "blocked": "waits for an input", "held": "held until Fire",
-         "disabled": "gives nothing", "missing": "not installed", "cached": "cached"}  # fmt: skip
+         "disabled": "gives nothing", "bypassed": "bypassed", "missing": "not installed", "cached": "cached"}  # fmt: skip
 FIRST = ("levels", "level", "interval", "count", "law", "method", "show", "title", "expression", "formula", "field")
 """Parameters that say most about a node, the best first."""
 

@@ -42,7 +42,7 @@ class Worker(QThread):
     def want(self, network: Network, wanted: Iterable[str], interim: bool, serial: int) -> None:
         """Ask for results of a network; `serial` comes back with what happens to it."""
         with self._lock:
-            self._asked.append((network, serial))
+            self._asked.append((network.around, serial))
         self.engine.want(network, wanted, interim)
 
     def take(self) -> list[Told]:
