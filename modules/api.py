@@ -22,14 +22,17 @@ from modules.data.operators import (
     Chain,
     Gather,
     Identity,
+    Interleave,
     Matrix,
     Operator,
     Spread,
     Stencil,
     Sum,
+    along,
     scaling,
     select,
     stencil,
+    uniform,
 )
 from modules.data.scene import (
     ChartLook,
@@ -45,15 +48,15 @@ from modules.data.scene import (
 )
 from modules.data.wires import ColourMap, Geometry, Layer, Model, Samples, Scene, Table, Value
 from modules.declare import accuracy_mapper, mapper, modeller, reader, renderer
-from modules.parameters import Choice, Range
+from modules.parameters import Choice, Position, Range
 from modules.progress import Cancelled, Progress
 
 __all__ = [
     "EXACT", "Accuracy", "Annotated", "Cancelled", "Cells", "Chain", "ChartLook", "Choice", "ColourMap", "Colouring",
-    "Curvilinear", "Field", "Flag", "Frame", "Gather", "Geometry", "Grid", "Identity", "ImageLook", "LabelLook", "Layer",
-    "LineLook", "Literal", "Matrix", "Missing", "Model", "NamedTuple", "Operator", "Path", "PointLook", "Primitive",
-    "Progress", "Range", "Rectilinear", "Regular", "Samples", "Scene", "SceneLook", "Shown", "Source", "Spread", "Stencil",
-    "Sum", "SurfaceLook", "Table", "Term", "Text", "Unstructured", "Value", "VolumeLook", "accuracy_mapper", "bound",
-    "deviation", "exactly", "mapper", "memo", "modeller", "reader", "regular", "renderer", "scaling", "select", "stencil",
-    "unknown",
+    "Curvilinear", "Field", "Flag", "Frame", "Gather", "Geometry", "Grid", "Identity", "ImageLook", "Interleave",
+    "LabelLook", "Layer", "LineLook", "Literal", "Matrix", "Missing", "Model", "NamedTuple", "Operator", "Path",
+    "PointLook", "Position", "Primitive", "Progress", "Range", "Rectilinear", "Regular", "Samples", "Scene",
+    "SceneLook", "Shown", "Source", "Spread", "Stencil", "Sum", "SurfaceLook", "Table", "Term", "Text", "Unstructured",
+    "Value", "VolumeLook", "accuracy_mapper", "along", "bound", "deviation", "exactly", "mapper", "memo", "modeller",
+    "reader", "regular", "renderer", "scaling", "select", "stencil", "uniform", "unknown",
 ]  # fmt: skip

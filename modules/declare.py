@@ -11,12 +11,13 @@ import inspect
 import re
 import types
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from modules.data.accuracy import Accuracy
 from modules.data.wires import ColourMap, Geometry, Layer, Model, Samples, Scene, Table, Value
-from modules.parameters import Choice, Parameter, ParameterError, Range, check_type
+from modules.parameters import Choice, Parameter, ParameterError, Position, Range, check_type
 from modules.progress import Progress
 from modules.records import FURTHER, RESERVED, ROOMS, WIRES, DeclarationError, Module, Output, Port, article, record_of
 
@@ -247,8 +248,8 @@ def _parameter(argument: inspect.Parameter, hint: Any, words: str, wrong: Wrong)
         notes = tuple(rest)
     if default is inspect.Parameter.empty:
         raise wrong(f"parameter {name!r} has no default: every module runs as it is added")
-    if any(isinstance(note, type) and note in (Range, Choice) for note in notes):
-        raise wrong(f"parameter {name!r}: write Range() or Choice(of=...), with brackets")
+    if any(isinstance(note, type) and note in (Range, Choice, Position) for note in notes):
+        raise wrong(f"parameter {name!r}: write Range(), Choice(of=...) or Position(of=...), with brackets")
     if hint in WIRES or get_origin(hint) is list:
         raise wrong(f"{name!r} is data, or a list: data goes before the '*' as a port, a list of numbers is a tuple")
     if isinstance(default, list | dict | set):
@@ -261,7 +262,8 @@ def _parameter(argument: inspect.Parameter, hint: Any, words: str, wrong: Wrong)
         raise wrong(f"parameter {name!r} is None by default: declare it '| None' (None means automatic)")
     limits = next((n for n in notes if isinstance(n, Range)), None)
     choice = next((n for n in notes if isinstance(n, Choice)), None)
-    parameter = Parameter(name, kind, default, automatic, limits, choice, words)
+    position = next((n for n in notes if isinstance(n, Position)), None)
+    parameter = Parameter(name, kind, default, automatic, limits, choice, words, position)
     if default is not None:
         try:
             coerced = parameter.coerce(default)
@@ -271,7 +273,7 @@ def _parameter(argument: inspect.Parameter, hint: Any, words: str, wrong: Wrong)
             low, high = limits.low, limits.high
             if (low is not None and coerced < low) or (high is not None and coerced > high):
                 raise wrong(f"the default {coerced:g} of {name!r} is outside its Range")
-        parameter = Parameter(name, kind, coerced, automatic, limits, choice, words)
+        parameter = replace(parameter, default=coerced)
     return parameter
 
 
@@ -300,6 +302,7 @@ def _check_bindings(
 ) -> None:
     kinds = {p.name: p.type for p in ports}
     for parameter in parameters:
+        _check_position(parameter, kinds, wrong)
         for note in (parameter.range, parameter.choice):
             if note is None or not note.of:
                 continue
@@ -310,6 +313,15 @@ def _check_bindings(
                     raise wrong(f"{parameter.name!r}: a {kinds[port].__name__} knows {', '.join(known)}; not {fact!r}")
             elif not (room == "readers" and peeks and any(p.name == port and p.is_path for p in parameters)):
                 raise wrong(f"{parameter.name!r}: there is no port {port!r}")
+
+
+def _check_position(parameter: Parameter, ports: Mapping[str, Any], wrong: Wrong) -> None:
+    if parameter.position is None:
+        return
+    if parameter.position.of not in ports:
+        raise wrong(f"{parameter.name!r}: there is no port {parameter.position.of!r}")
+    if get_origin(parameter.type) is not tuple or set(get_args(parameter.type)) - {float, Ellipsis}:
+        raise wrong(f"parameter {parameter.name!r} has a Position: coordinates are a tuple of floats")
 
 
 def _check_independent(

@@ -52,6 +52,18 @@ class Choice:
     of: str
 
 
+@dataclass(frozen=True)
+class Position:
+    """Coordinates in the frame of an input: a view shows them as a handle that can be dragged, and sets them by a pick.
+
+    Parameters
+    ----------
+    of : the port whose frame and bounds they are in
+    """
+
+    of: str
+
+
 PLAIN: dict[type, str] = {bool: "true or false", int: "a whole number", float: "a number", str: "text", Path: "a file"}
 
 
@@ -65,7 +77,7 @@ class Parameter:
     type : bool, int, float, str, Path, a Literal, an Enum, or a tuple of these
     default : value used when none is given; None means automatic
     automatic : whether None is allowed
-    range, choice : hints of the declaration
+    range, choice, position : hints of the declaration
     words : one sentence from the docstring
     """
 
@@ -76,6 +88,7 @@ class Parameter:
     range: Range | None = None
     choice: Choice | None = None
     words: str = ""
+    position: Position | None = None
 
     @property
     def is_path(self) -> bool:

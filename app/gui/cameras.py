@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.draw.sight import basis
+
 Camera = dict[str, Any]
 Floats = NDArray[np.float64]
 
@@ -16,29 +18,15 @@ AXES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0), "+
 """Where the eye stands, as seen from the focal point."""
 
 
-def _basis(camera: Mapping[str, Any]) -> tuple[Floats, Floats, Floats, float]:
-    """Right, up and back of the view as unit vectors, and the distance to the focal point."""
-    back = np.asarray(camera["position"], float) - np.asarray(camera["focal"], float)
-    distance = float(np.linalg.norm(back)) or 1.0
-    back = back / distance
-    right = np.cross(np.asarray(camera["up"], float), back)
-    length = float(np.linalg.norm(right))
-    if length < 1e-9:
-        right, length = np.cross([0.0, 1.0, 0.0] if abs(back[1]) < 0.9 else [1.0, 0.0, 0.0], back), 1.0
-        length = float(np.linalg.norm(right))
-    right = right / length
-    return right, np.cross(back, right), back, distance
-
-
 def directions(camera: Mapping[str, Any]) -> tuple[Floats, Floats]:
     """Right and up of the view in the world."""
-    right, up, _, _ = _basis(camera)
+    right, up, _, _ = basis(camera)
     return right, up
 
 
 def turned(camera: Camera, dx: float, dy: float) -> Camera:
     """Turned about the focal point: dx to the side, dy upwards, in radians; it does not roll, z stays up where it is."""
-    right, up, back, distance = _basis(camera)
+    right, up, back, distance = basis(camera)
     upright = abs(up[2]) > 1e-3
     axis = np.array([0.0, 0.0, math.copysign(1.0, up[2])]) if upright else up
     back = _rotated(_rotated(back, right, -dy), axis, -dx)
@@ -49,7 +37,7 @@ def turned(camera: Camera, dx: float, dy: float) -> Camera:
 
 def moved(camera: Camera, dx: float, dy: float, height: float) -> Camera:
     """Moved with what is seen, by so many pixels of a window of that height."""
-    right, up, _, _ = _basis(camera)
+    right, up, _, _ = basis(camera)
     by = (-dx * right + dy * up) * (seen(camera) / max(1.0, height))
     focal, position = np.asarray(camera["focal"], float) + by, np.asarray(camera["position"], float) + by
     return {**camera, "focal": focal.tolist(), "position": position.tolist()}
@@ -58,7 +46,7 @@ def moved(camera: Camera, dx: float, dy: float, height: float) -> Camera:
 def nearer(camera: Camera, factor: float, at: tuple[float, float] = (0.0, 0.0), aspect: float = 1.0) -> Camera:
     """Brought nearer by a factor; in a parallel view towards a place of the window, each from -1 to 1."""
     if camera.get("parallel"):
-        right, up, _, _ = _basis(camera)
+        right, up, _, _ = basis(camera)
         height = float(camera["height"])
         by = (1 - 1 / factor) * height / 2 * (at[0] * aspect * right + at[1] * up)
         focal, position = np.asarray(camera["focal"], float) + by, np.asarray(camera["position"], float) + by
@@ -70,7 +58,7 @@ def nearer(camera: Camera, factor: float, at: tuple[float, float] = (0.0, 0.0), 
 
 def along(camera: Camera, axis: str) -> Camera:
     """Seen along an axis, "+x" from the east."""
-    _, _, _, distance = _basis(camera)
+    _, _, _, distance = basis(camera)
     away = np.asarray(AXES[axis], float)
     up = [0.0, 1.0, 0.0] if axis.endswith("z") else [0.0, 0.0, 1.0]
     focal = np.asarray(camera["focal"], float)
@@ -79,7 +67,7 @@ def along(camera: Camera, axis: str) -> Camera:
 
 def parallel(camera: Camera, on: bool) -> Camera:
     """Without perspective, or with it; what lies at the focal point keeps its size."""
-    _, _, back, distance = _basis(camera)
+    _, _, back, distance = basis(camera)
     tangent = math.tan(math.radians(float(camera["angle"])) / 2)
     if on:
         return {**camera, "parallel": True, "height": 2 * distance * tangent}
@@ -92,12 +80,12 @@ def seen(camera: Mapping[str, Any]) -> float:
     """How much of the world is seen from top to bottom; with perspective, at the focal point."""
     if camera.get("parallel"):
         return float(camera["height"])
-    return 2 * _basis(camera)[3] * math.tan(math.radians(float(camera["angle"])) / 2)
+    return 2 * basis(camera)[3] * math.tan(math.radians(float(camera["angle"])) / 2)
 
 
 def looking_at(camera: Camera, point: Sequence[float], height: float) -> Camera:
     """From the same side, with a point in the middle and so much of the world seen from top to bottom."""
-    _, _, back, distance = _basis(camera)
+    _, _, back, distance = basis(camera)
     focal = np.asarray(point, float)
     away = distance if camera.get("parallel") else distance * height / seen(camera)
     return {**camera, "focal": focal.tolist(), "position": (focal + back * away).tolist(), "height": float(height)}

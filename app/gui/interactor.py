@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from PySide6.QtCore import QTimer, Signal
+from PySide6.QtCore import QRect, QTimer, Signal
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from app.gui.cameras import Camera
@@ -18,6 +18,8 @@ class Interactor(QWidget):
     cameraChanged = Signal(object)
     framed = Signal(object)
     failed = Signal(str)
+    moved = Signal()
+    surfaceMade = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -44,6 +46,8 @@ class Interactor(QWidget):
             widget.lower()
             widget.iren.add_observer("EndInteractionEvent", lambda *_: self.cameraChanged.emit(self.camera))
             self._view = Viewport(widget, scale=self.devicePixelRatioF())
+            widget.renderer.AddObserver("EndEvent", lambda *_: self.moved.emit())
+            self.surfaceMade.emit(widget)
         return self._view
 
     def show_scene(self, scene: Scene | None, camera: Camera | None, tag: object = None) -> None:
@@ -90,6 +94,16 @@ class Interactor(QWidget):
             view.fit()
             view.plotter.render()
             self.cameraChanged.emit(self.camera)
+
+    @property
+    def plot(self) -> QRect:
+        """Where in the widget the picture is."""
+        return self.contentsRect()
+
+    @property
+    def surface(self) -> QWidget | None:
+        """The widget that the mouse is over; None until there was a scene."""
+        return None if self._view is None else self._view.plotter
 
     @property
     def flat(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from PySide6.QtCore import QPointF, QRectF, Qt, QTimer, Signal
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
@@ -23,6 +23,7 @@ class Painted(QWidget):
     cameraChanged = Signal(object)
     framed = Signal(object)
     failed = Signal(str)
+    moved = Signal()
 
     def __init__(self, studio: Studio, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -75,6 +76,16 @@ class Painted(QWidget):
             self._draw(camera=None, fit=True)
 
     @property
+    def plot(self) -> QRect:
+        """Where in the widget the picture is."""
+        return self.contentsRect()
+
+    @property
+    def surface(self) -> QWidget:
+        """The widget that the mouse is over."""
+        return self
+
+    @property
     def flat(self) -> bool:
         """Whether the view is locked from above."""
         return self.scene is not None and self.scene.look.dimensions == 2
@@ -87,7 +98,7 @@ class Painted(QWidget):
 
     def _draw(self, **changes: object) -> None:
         ratio = self.devicePixelRatioF()
-        size = (max(16, round(self.width() * ratio)), max(16, round(self.height() * ratio)))
+        size = (max(16, round(self.plot.width() * ratio)), max(16, round(self.plot.height() * ratio)))
         self._asked += 1
         self.studio.draw(self.stage, size=size, scale=ratio, tag=(self._of, self._asked), **changes)
 
@@ -104,6 +115,7 @@ class Painted(QWidget):
                 self._settle.start(0)
         self.update()
         self.framed.emit(self.tag)
+        self.moved.emit()
 
     def _failed(self, stage: Stage, sentence: str) -> None:
         if stage is self.stage:
@@ -117,10 +129,12 @@ class Painted(QWidget):
         if self._image is None:
             return
         size = self._image.deviceIndependentSize()
-        place = QPointF((self.width() - size.width()) / 2, (self.height() - size.height()) / 2)
-        painter.drawImage(QRectF(place, size), self._image)
+        plot = QRectF(self.plot)
+        painter.setClipRect(plot)
+        painter.drawImage(QRectF(plot.center() - QPointF(size.width(), size.height()) / 2, size), self._image)
         if self.camera is not None and not self.flat and self.scene is not None and self.scene.look.axes:
             self._triad(painter, ground)
+        painter.setClipping(False)
         if self.hasFocus():
             painter.setPen(QPen(style.colour("action"), 1))
             painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
@@ -166,7 +180,7 @@ class Painted(QWidget):
             speed = math.pi / max(1, min(self.width(), self.height()))
             self._go(cameras.turned(self.camera, by.x() * speed, by.y() * speed))
         else:
-            self._go(cameras.moved(self.camera, by.x(), by.y(), self.height()))
+            self._go(cameras.moved(self.camera, by.x(), by.y(), self.plot.height()))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Keep where it is seen from."""
@@ -181,9 +195,11 @@ class Painted(QWidget):
         """Zoom, in two dimensions to where the pointer is."""
         if self.camera is None:
             return
-        at = (2 * event.position().x() / self.width() - 1, 1 - 2 * event.position().y() / self.height())
+        plot = self.plot
+        place = event.position() - plot.topLeft().toPointF()
+        at = (2 * place.x() / max(1, plot.width()) - 1, 1 - 2 * place.y() / max(1, plot.height()))
         factor = math.exp(event.angleDelta().y() / 600)
-        self._go(cameras.nearer(self.camera, factor, at, self.width() / max(1, self.height())))
+        self._go(cameras.nearer(self.camera, factor, at, plot.width() / max(1, plot.height())))
         self._settle.start()
 
     def _go(self, camera: Camera) -> None:

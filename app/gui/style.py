@@ -109,6 +109,7 @@ QLabel[kind="boxed"] { border: 1px solid $edge; border-radius: 4px; padding: 1px
 QFrame[kind="line"] { background: $divider; max-height: 1px; min-height: 1px; border: 0; }
 QFrame[kind="bar"] { background: $panel; border-bottom: 1px solid $divider; }
 QFrame[kind="card"] { background: $raised; border: 1px solid $edge; border-radius: 4px; }
+QFrame[kind="readout"] { background: $panel; border: 1px solid $edge; border-radius: 4px; }
 QFrame[kind="recovery"] { background: $raised; border: 1px solid $edge; border-left: 3px solid $flag; }
 QFrame[kind="failure"] { background: $failed_ground; border: 1px solid $failed; border-radius: 4px; }
 QWidget[kind="panel"] { background: $panel; }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from modules.api import Accuracy, Annotated, Cells, Geometry, Identity, Literal, Model, Range, Source, Term, mapper
+from modules.api import Accuracy, Annotated, Cells, Geometry, Identity, Literal, Model, Position, Range, Source, Term, mapper
 
 Floats = NDArray[np.float64]
 
@@ -19,8 +19,8 @@ def seeds(
     model: Model,
     *,
     arrangement: Literal["line", "point", "plane", "grid", "random"] = "line",
-    first: tuple[float, ...] | None = None,
-    last: tuple[float, ...] | None = None,
+    first: Annotated[tuple[float, ...] | None, Position(of="model")] = None,
+    last: Annotated[tuple[float, ...] | None, Position(of="model")] = None,
     count: Annotated[int, Range(1, 1000, log=True)] = 10,
     seed: int = 1,
 ) -> Geometry:

@@ -8,6 +8,7 @@ if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.env
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -62,3 +63,52 @@ def stalls(qapp: object) -> Callable[[], object]:
             timer.stop()
 
     return measure
+
+
+@pytest.fixture
+def views(session_of: Callable[..., Any], qtbot: Any) -> Iterator[Any]:
+    """The views of a new session over the real catalogue, on the screen."""
+    from app.engine.catalogue import mine
+    from app.gui.studio import Studio
+    from app.gui.viewport_widget import Views
+
+    session = session_of(mine())
+    studio = Studio()
+    made = Views(session, studio)
+    qtbot.addWidget(made)
+    made.resize(420, 320)
+    made.show()
+    yield made
+    studio.close()
+
+
+@pytest.fixture
+def drawn(views: Any, qtbot: Any) -> Callable[..., Any]:
+    """Waits until a network of modules and wires is drawn: `drawn({"id": ("module", {...})}, [("a", "b.port")])`."""
+
+    def build(nodes: dict[str, tuple[str, dict[str, Any]]], wires: list[tuple[str, str]], timeout: int = 60000) -> Any:
+        session = views.session
+        catalogue, network = session.catalogue, session.network
+        for name, (module, parameters) in nodes.items():
+            network = network.add(module, catalogue, id=name, parameters=parameters)
+        for source, end in wires:
+            target, _, port = end.partition(".")
+            output = catalogue[network[source].module].outputs[0].name
+            network = network.connect(source, output, target, port, catalogue)
+        session.edit("Add", network)
+        qtbot.waitUntil(lambda: bool(views.panes) and views.panes[0].back.tag is not None, timeout=timeout)
+        qtbot.waitUntil(lambda: views.panes[0].back.camera is not None, timeout=5000)
+        return views
+
+    return build
+
+
+@pytest.fixture
+def seen(drawn: Callable[..., Any]) -> Any:
+    """A field as a surface in three dimensions."""
+    nodes = {
+        "field": ("readers.analytic.analytic", {"samples": (17, 17)}), "model": ("interpolate", {}),
+        "up": ("mappers.elevation.elevation", {}), "surface": ("surface", {}), "view": ("view", {}),
+    }  # fmt: skip
+    wires = [("field", "model.samples"), ("model", "up.model"), ("up", "surface.geometry"), ("surface", "view.layers")]
+    return drawn(nodes, wires)

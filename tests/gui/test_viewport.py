@@ -1,6 +1,5 @@
 """The painted viewport: frames come from a thread, the newest wins, the mouse turns and moves, two dimensions are locked."""
 
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,51 +8,11 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from app.engine.catalogue import mine
 from app.gui import cameras
-from app.gui.session import Session
-from app.gui.studio import Studio
 from app.gui.viewport_widget import Views
 
 CAMERA: dict[str, Any] = {"position": [0.0, -10.0, 0.0], "focal": [0.0, 0.0, 0.0], "up": [0.0, 0.0, 1.0],
           "angle": 30.0, "height": 4.0, "parallel": False}  # fmt: skip
-
-
-def surface(session: Session) -> None:
-    """A field as a surface in three dimensions."""
-    catalogue = session.catalogue
-    network = session.network.add("readers.analytic.analytic", catalogue, id="field", parameters={"samples": (17, 17)})
-    for name, module in (("model", "interpolate"), ("up", "mappers.elevation.elevation"), ("surface", "surface")):
-        network = network.add(module, catalogue, id=name)
-    network = network.add("view", catalogue, id="view")
-    for wire in (("field", "samples", "model", "model"), ("model", "model", "up", "model")):
-        source, output, target, port = wire
-        port = "samples" if target == "model" else port
-        network = network.connect(source, output, target, port, catalogue)
-    for source, target, port in (("up", "surface", "geometry"), ("surface", "view", "layers")):
-        output = catalogue[network[source].module].outputs[0].name
-        network = network.connect(source, output, target, port, catalogue)
-    session.edit("Add", network)
-
-
-@pytest.fixture
-def views(session_of: Callable[..., Session], qtbot: Any) -> Iterator[Views]:
-    session = session_of(mine())
-    studio = Studio()
-    made = Views(session, studio)
-    qtbot.addWidget(made)
-    made.resize(420, 320)
-    made.show()
-    yield made
-    studio.close()
-
-
-@pytest.fixture
-def seen(views: Views, qtbot: Any) -> Views:
-    surface(views.session)
-    qtbot.waitUntil(lambda: bool(views.panes) and views.panes[0].back.tag is not None, timeout=60000)
-    qtbot.waitUntil(lambda: views.panes[0].back.camera is not None, timeout=5000)
-    return views
 
 
 def test_a_view_shows_its_picture_with_its_legend(seen: Views, qtbot: Any) -> None:
