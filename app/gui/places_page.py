@@ -79,16 +79,23 @@ class Places(QWidget):
         self.zoom = button("Zoom to", lambda: self.go(1), tip="Bring the next place into the middle of the view (Enter)")
         self.zoom.setIcon(icons.icon("zoomto"))
         self.back = button("Previous", lambda: self.go(-1), tip="The place before")
-        self.tools = QHBoxLayout()
-        self.tools.setSpacing(6)
+        self._build()
+        self.at = -1
+        self.list.currentItemChanged.connect(lambda *_: self._chosen())
+        self.list.itemActivated.connect(lambda *_: self.go(1))
+        style.watch().changed.connect(self.restyle)
+
+    def _build(self) -> None:
+        tools = QHBoxLayout()
+        tools.setSpacing(6)
         for one in (self.zoom, self.back):
-            self.tools.addWidget(one)
-        self.tools.addStretch(1)
+            tools.addWidget(one)
+        tools.addStretch(1)
         self.side = QVBoxLayout()
         self.side.setSpacing(6)
         for label in (self.words, self.place):
             self.side.addWidget(label)
-        self.side.addLayout(self.tools)
+        self.side.addLayout(tools)
         self.side.addStretch(1)
         self.right = QWidget()
         self.right.setProperty("kind", "panel")
@@ -102,10 +109,6 @@ class Places(QWidget):
         row.setSpacing(16)
         row.addLayout(left, 1)
         row.addWidget(self.right)
-        self.at = -1
-        self.list.currentItemChanged.connect(lambda *_: self._chosen())
-        self.list.itemActivated.connect(lambda *_: self.go(1))
-        style.watch().changed.connect(self.restyle)
 
     def restyle(self) -> None:
         """Icons in the theme in force."""
