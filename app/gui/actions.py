@@ -80,6 +80,8 @@ ACTIONS: Final = (
            tip="Off: views follow the window, pictures keep their own theme"),
     Action("add_module", "Add module…", "Network", shown="Space", icon="plus", tip="Search all modules"),
     Action("rename", "Rename", "Network", shown="F2", need="selection"),
+    Action("replace", "Replace with…", "Network", "Ctrl+R", need="selection",
+           tip="Another module in its place; wires and values that fit are kept"),
     Action("arrange", "Arrange", "Network", shown="L", icon="layout", need="network"),
     Action("frame", "Frame the selection", "Network", "Ctrl+G", icon="box", need="selection"),
     Action("note", "Add a note", "Network", icon="note"),

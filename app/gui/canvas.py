@@ -31,6 +31,7 @@ from app.gui.glyphs import Look, font
 from app.gui.hands import Hands
 from app.gui.minimap import Minimap
 from app.gui.quick_add import QuickAdd
+from app.gui.replacing import Replace
 from app.gui.writing_line import WritingLine
 from app.gui.zoom_box import ZoomBox
 
@@ -222,6 +223,12 @@ class Canvas(QGraphicsView):
         """Ask for a module at a place of the window, one that fits the wire in the hand."""
         self.popup = QuickAdd(self, at or self.pointer(), held)
         self.popup.beside = at is None and not self.viewport().underMouse()
+        self.popup.open()
+
+    def replace(self, node: str) -> None:
+        """Ask for a module to stand in the place of a node."""
+        corner = self.mapFromScene(self.board.nodes[node].scene_rect().bottomLeft())
+        self.popup = Replace(self, corner, node)
         self.popup.open()
 
     def find(self) -> None:  # type: ignore[override]

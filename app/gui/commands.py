@@ -203,6 +203,11 @@ class Commands:
         """Another title."""
         self.window.canvas.rename()
 
+    def replace(self) -> None:
+        """Another module in the place of the chosen one."""
+        self.window.show_work()
+        self.window.canvas.replace(self.session.selection[0])
+
     def frame(self) -> None:
         """A frame around the chosen."""
         self.window.canvas.hands.frame()

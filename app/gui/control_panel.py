@@ -17,7 +17,7 @@ from app.gui.parameter_row import ParameterRow
 from app.gui.run_section import RunSection
 from app.gui.session import Session
 from app.gui.step_section import StepSection
-from app.gui.widgets.parts import line, section, tool
+from app.gui.widgets.parts import button, line, section, tool
 from modules.records import Module
 
 ROOM_ICONS = {"readers": "reader", "modellers": "modeller", "mappers": "mapper", "accuracy_mappers": "accuracy",
@@ -31,6 +31,7 @@ class ControlPanel(QScrollArea):
     """The docked panel. It follows the selection; edits are live while a slider is held."""
 
     helpAsked = Signal(str)
+    replaceAsked = Signal(str)
 
     def __init__(self, session: Session, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -80,10 +81,7 @@ class ControlPanel(QScrollArea):
             if record is not None:
                 self._sections(column, record)
             else:
-                words = style.labelled(self.session.state(self.node).sentence, "quiet")
-                words.setWordWrap(True)
-                words.setContentsMargins(12, 12, 12, 0)
-                column.addWidget(words)
+                column.addWidget(self._placeholder(node))
         column.addStretch(1)
         self.setWidget(body)
         self._edited()
@@ -94,6 +92,26 @@ class ControlPanel(QScrollArea):
         words.setWordWrap(True)
         words.setContentsMargins(14, 18, 14, 0)
         column.addWidget(words)
+
+    def _placeholder(self, node: Node) -> QWidget:
+        """A node whose module is not here: why, what is kept of it, and the way out."""
+        made = QWidget()
+        column = QVBoxLayout(made)
+        column.setContentsMargins(12, 12, 12, 0)
+        column.setSpacing(10)
+        sentence = self.session.state(node.id).sentence
+        words = style.labelled(f"{sentence[:1].upper()}{sentence[1:]}. It is kept as it is, and saved as it was.")
+        words.setWordWrap(True)
+        column.addWidget(words)
+        ask = button("Replace with…", lambda: self.replaceAsked.emit(node.id), primary=True, tip="Another module (Ctrl+R)")
+        column.addWidget(ask, 0, Qt.AlignmentFlag.AlignLeft)
+        if node.parameters:
+            column.addWidget(section("Values that are kept"))
+        for name, value in sorted(node.parameters.items()):
+            kept = style.labelled(f"{name.replace('_', ' ')}: {value}", "quiet")
+            kept.setWordWrap(True)
+            column.addWidget(kept)
+        return made
 
     def _head(self, node: Node, record: Module | None) -> QWidget:
         bar = QFrame()

@@ -168,6 +168,7 @@ class MainWindow(QMainWindow):
         self.canvas.helpRequested.connect(self.show_help)
         self.canvas.said.connect(lambda words: self.status.say("info", words))
         self.panel.helpAsked.connect(self.show_help)
+        self.panel.replaceAsked.connect(self.canvas.replace)
         self.librarian.addRequested.connect(self._add)
         self.librarian.openRequested.connect(self.commands.open_path)
         self.librarian.helpRequested.connect(self.show_help)

@@ -129,10 +129,11 @@ class QuickAdd(QWidget):
         self.field.textChanged.connect(self._look_up)
         self.list.clicked.connect(lambda _: self.take())
         self.list.selectionModel().currentChanged.connect(lambda *_: self._describe())
-        self.fitting = self._fitting()
+        self.fitting = self.offered()
         self._look_up("")
 
-    def _fitting(self) -> list[Module]:
+    def offered(self) -> list[Module]:
+        """The modules to choose from."""
         session = self.canvas.session
         everything = list(session.catalogue)
         held = self.held
@@ -152,8 +153,12 @@ class QuickAdd(QWidget):
 
     # --- what is meant
 
+    def ranked(self, typed: str) -> list[Match]:
+        """What is meant."""
+        return rank(self.fitting, typed, used())
+
     def _look_up(self, typed: str) -> None:
-        self.matches.show(rank(self.fitting, typed, used()))
+        self.matches.show(self.ranked(typed))
         if self.matches.found:
             self.list.setCurrentIndex(self.matches.index(0))
         self._describe()
@@ -227,21 +232,29 @@ class QuickAdd(QWidget):
             self._chip(painter)
         painter.setPen(look["text 3"])
         painter.setFont(font(11))
-        every, found = len(list(self.canvas.session.catalogue)), len(self.matches.found)
-        words = f"{found} of {every} modules fit this wire" if self.held else f"{found} of {every} modules"
-        if not found:
-            words = "Nothing of that name" + (" fits this wire" if self.held else "") + ": try another word"
+        words = QFontMetrics(font(11)).elidedText(self.said(), Qt.TextElideMode.ElideRight, LIST - 32)
         painter.drawText(QRectF(16, HEIGHT - FOOT - 28, LIST - 32, 24), rows.MIDDLE, words)
-        keys = [("Enter", "add and wire" if self.held else "add"), ("↑ ↓", "choose"), ("F1", "help page")]
-        if self.held:
-            keys.insert(1, ("Shift Enter", "add only"))
         x = 16.0
-        for key, what in keys:
+        for key, what in self.hints():
             x = self._hint(painter, key, what, x)
         self._hint(painter, "Esc", "close", WIDTH - 92.0)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(look["edge"], 1))
         painter.drawRect(QRectF(0.5, 0.5, WIDTH - 1, HEIGHT - 1))
+
+    def said(self) -> str:
+        """How many modules are offered."""
+        every, found = len(list(self.canvas.session.catalogue)), len(self.matches.found)
+        if not found:
+            return "Nothing of that name" + (" fits this wire" if self.held else "") + ": try another word"
+        return f"{found} of {every} modules fit this wire" if self.held else f"{found} of {every} modules"
+
+    def hints(self) -> list[tuple[str, str]]:
+        """Keys, and what they do."""
+        keys = [("Enter", "add and wire" if self.held else "add"), ("↑ ↓", "choose"), ("F1", "help page")]
+        if self.held:
+            keys.insert(1, ("Shift Enter", "add only"))
+        return keys
 
     def _chip(self, painter: QPainter) -> None:
         held = self.held

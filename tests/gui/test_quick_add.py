@@ -14,6 +14,7 @@ from app.gui.canvas import Canvas
 from app.gui.edits import Held
 from app.gui.quick_add import QuickAdd, used
 from app.gui.ranking import letters, rank
+from app.gui.replacing import Replace
 from app.gui.session import Session
 
 
@@ -168,3 +169,40 @@ def test_a_second_module_is_wired_to_the_selected_one(canvas: Canvas) -> None:
     network = canvas.session.network
     assert network.wires["interpolate-1", "samples", 0] == ("analytic-1", "samples")
     assert canvas.board.nodes["interpolate-1"].pos() - canvas.board.nodes["analytic-1"].pos() == QPointF(224, 0)
+
+
+# --- in the place of a node
+
+
+def test_a_module_that_is_not_here_is_replaced_and_keeps_its_wires(canvas: Canvas) -> None:
+    session = canvas.session
+    catalogue = session.catalogue
+    network = session.network.add("readers.analytic.analytic", catalogue, id="field").add("interpolate", catalogue, id="model")
+    network = network.add("contour", catalogue, id="lines", parameters={"count": 7})
+    network = network.connect("field", "samples", "model", "samples", catalogue)
+    network = network.connect("model", "model", "lines", "model", catalogue)
+    gone = replace(network["lines"], module="mappers.isolines.countours", parameters={"count": 7, "shade": "red"})
+    session.edit("Open", replace(network, nodes={**network.nodes, "lines": gone}))
+    assert canvas.board.nodes["lines"].kind == "missing"
+    canvas.replace("lines")
+    popup = canvas.popup
+    assert isinstance(popup, Replace) and popup.isVisible()
+    assert popup.current is not None and popup.current.module.title == "Contour"
+    assert popup.said().startswith("Keeps 2 wires and values; loses shade")
+    QTest.keyClick(popup.field, Qt.Key.Key_Return)
+    assert session.network["lines"].module == "mappers.contour.contour"
+    assert session.network["lines"].parameters == {"count": 7}
+    assert session.network.wires["lines", "model", 0] == ("model", "model")
+    session.undo()
+    assert session.network["lines"].module == "mappers.isolines.countours"
+
+
+def test_typing_chooses_another_replacement(canvas: Canvas) -> None:
+    session = canvas.session
+    session.edit("Add", session.network.add("contour", session.catalogue, id="lines"))
+    canvas.replace("lines")
+    popup = canvas.popup
+    assert isinstance(popup, Replace)
+    QTest.keyClicks(popup.field, "isosurf")
+    QTest.keyClick(popup.field, Qt.Key.Key_Return)
+    assert session.network["lines"].module == "mappers.isosurface.isosurface" and session.selection == ("lines",)
