@@ -9,26 +9,10 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from modules.api import (
-    Gather,
-    Identity,
-    Operator,
-    Range,
-    Rectilinear,
-    Regular,
-    Samples,
-    Source,
-    Spread,
-    Stencil,
-    Term,
-    modeller,
-    scaling,
-)
+from modules.api import Range, Samples, Source, Term, modeller
+from modules.data import correlation as correlated
 from modules.data.fold import Kind
-from modules.data.operators import Floats, Ints
-
-REACH = 3.0
-"""Correlation lengths after which a weight is left out; it is exp(-9) there."""
+from modules.data.operators import Floats
 
 
 @modeller("State accuracy", output="samples", aliases=("error", "uncertainty", "survey error", "noise level"))
@@ -68,8 +52,9 @@ def state_accuracy(
     """
     _check(samples, field, amount, form, correlation, kind, length)
     sizes = _sizes(samples, field, amount, form)
-    value, operator = _operator(samples, sizes, correlation, length, named=bool(source))
-    size, assumed = _words(amount, kind, form, samples.unit), _assumed(samples, correlation, length)
+    grid = samples.grid
+    value, operator = correlated.carried(grid, samples.components, sizes, correlation, length, named=bool(source))
+    size, assumed = _words(amount, kind, form, samples.unit), correlated.words(grid, correlation, length)
     said = Source(error, "data", "estimated", f"{who} states {size}; {assumed} (stated accuracy/1)")
     how: Kind = "bound" if kind == "bound" else "linear"
     term = Term(said, how, "value", samples.unit, value, operator, components=samples.components)
@@ -103,11 +88,7 @@ def _check(
         return
     if kind == "bound":
         raise ValueError("a bound has no correlation length: choose independent or common, or a standard deviation")
-    if not isinstance(samples.grid, Regular | Rectilinear):
-        raise ValueError(f"a correlation length needs a regular or rectilinear grid, not a {samples.grid.kind} one")
-    if not (math.isfinite(length) and length > 0):
-        raise ValueError(f"length = {length} must be more than 0: choose 'independent' for none")
-    samples.grid.frame.length_unit(samples.grid.dimensions)
+    correlated.check(samples.grid, correlation, length)
 
 
 def _sizes(samples: Samples, field: Samples | None, amount: float, form: str) -> Floats:
@@ -132,60 +113,6 @@ def _sizes(samples: Samples, field: Samples | None, amount: float, form: str) ->
     return np.asarray(np.where(holes, 0.0, stated).ravel() * amount)
 
 
-def _operator(samples: Samples, sizes: Floats, correlation: str, length: float, named: bool) -> tuple[Floats, Operator]:
-    """Primitive sizes, and how they reach the samples. A named source has primitives of size 1 everywhere."""
-    c = samples.components
-    rows = samples.grid.count * c
-    one = np.asarray(1.0)
-    if correlation == "independent":
-        if not named:
-            return sizes, Identity(rows)
-        return one, _weighted(np.arange(rows), sizes, rows)
-    if correlation == "common":
-        if c == 1 and not named and not sizes.ndim:
-            return sizes, Spread(rows)
-        return one, _weighted(np.arange(rows) % c, sizes, c)
-    chain = _correlated(samples, length)
-    if not sizes.ndim and not named:
-        return sizes, chain
-    return one, (scaling(sizes) if sizes.ndim else _weighted(np.arange(rows), sizes, rows)).after(chain)
-
-
-def _weighted(index: Ints, sizes: Floats, n_in: int) -> Gather:
-    return Gather(index[:, None], sizes[:, None] if sizes.ndim else sizes, n_in)
-
-
-def _correlated(samples: Samples, length: float) -> Operator:
-    """Unit noise on a lattice of half the length, smoothed by a Gaussian along each axis to deviation 1 at each sample."""
-    grid = samples.grid
-    assert isinstance(grid, Regular | Rectilinear)
-    weights = [_gaussian(axis, length) for axis in reversed(grid.axes)]
-    extra = (samples.components,) if samples.components > 1 else ()
-    lattice = [w[2] for w in weights] + list(extra)
-    operator: Operator | None = None
-    for axis, (columns, values, _) in enumerate(weights):
-        step = Stencil(tuple(lattice), axis, columns, values)
-        lattice[axis] = len(columns)
-        operator = step if operator is None else step.after(operator)
-    assert operator is not None
-    return operator
-
-
-def _gaussian(axis: Floats, length: float) -> tuple[Ints, Floats, int]:
-    """Columns, weights and number of primitives along an axis: rows of norm 1, so that each sample has deviation 1.
-
-    Primitives lie half a length apart; sums of such a Gaussian over them differ from its integral by 5e-9.
-    """
-    step = length / 2
-    wide = math.ceil(REACH * length / step)
-    position = (axis - axis[0]) / step
-    nearest = np.rint(position).astype(np.int64)
-    offsets = np.arange(-wide, wide + 1)
-    columns = nearest[:, None] + offsets + wide
-    weights = np.exp(-(((position[:, None] - nearest[:, None] - offsets) * step / length) ** 2))
-    return columns, weights / np.sqrt((weights**2).sum(axis=1, keepdims=True)), int(columns.max()) + 1
-
-
 def _words(amount: float, kind: str, form: str, unit: str) -> str:
     size = {
         "constant": f"{amount:g}{' ' + unit if unit else ''}",
@@ -193,15 +120,6 @@ def _words(amount: float, kind: str, form: str, unit: str) -> str:
         "field": f"a field of sizes{f' times {amount:g}' if amount != 1 else ''}",
     }[form]
     return f"a {kind} of {size}"
-
-
-def _assumed(samples: Samples, correlation: str, length: float) -> str:
-    unit = samples.grid.frame.units[0]
-    return {
-        "independent": "assumed to be independent from sample to sample",
-        "common": "assumed to be one error, common to all samples",
-        "length": f"assumed to correlate as exp(-d²/2L²), L = {length:g}{' ' + unit if unit else ''}",
-    }[correlation]
 
 
 def _name(source: str, samples: Samples, term: Term, correlation: str, length: float) -> str:
