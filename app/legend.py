@@ -163,8 +163,9 @@ def _reach(layer: Layer) -> float:
 def _block(layer: Layer, entries: dict[tuple[str, str], Entry], drawn: set[tuple[str, str]], k: float) -> Block:
     shown: list[Entry] = []
     boxes: list[str] = []
+    its = {t.id for t in layer.accuracy.terms}
     for one in layer.shows:
-        keys = [key for key, e in entries.items() if e.words == one.name and e.quantity == one.quantity]
+        keys = [key for key, e in entries.items() if (e.words, e.quantity) == (one.name, one.quantity) and e.id in its]
         drawn.update(keys)
         mine = [entries[key] for key in keys]
         if not mine:
@@ -175,6 +176,7 @@ def _block(layer: Layer, entries: dict[tuple[str, str], Entry], drawn: set[tuple
         shown += [replace(e, notes=(*e.notes, *notes), swatch=swatch) for e in mine]
         if one.factor != 1:
             boxes.append(f"errors ×{times(one.factor)}")
+    shown += _valueless(layer)
     swatch = swatch_of(layer) if layer.title and not layer.shows else None
     return Block(
         title=layer.title, swatch=swatch, bar=_bar(layer), entries=tuple(shown), boxes=tuple(dict.fromkeys(boxes))
@@ -256,6 +258,21 @@ def _bar(layer: Layer) -> Bar | None:
         low=low, high=high, scale=colouring.map.scale, steps=colouring.map.steps,
         under=bool(ends[0] < low), over=bool(ends[1] > high),
     )  # fmt: skip
+
+
+def _valueless(layer: Layer) -> list[Entry]:
+    """What gets no colour since nobody knows its value; samples without one are holes in the data and are left clear."""
+    colouring = getattr(layer.look, "colouring", None)
+    if colouring is None or not isinstance(layer.shape, Geometry):
+        return []
+    values = coloured_values(layer, colouring)
+    missing = int(np.isnan(values).sum())
+    if not missing:
+        return []
+    place = layer.shape.values[colouring.by].place
+    drawn = "hatched" if isinstance(layer.look, SurfaceLook) else "grey"
+    words = f"{colouring.title or colouring.by} not known at {numbers.count(missing)} of {numbers.plural(len(values), place)}, {drawn}"
+    return [Entry(sign=SIGNS["unknown"], rigour="unknown", number="", words=words, statistic="")]
 
 
 def coloured_values(layer: Layer, colouring: Colouring) -> Any:

@@ -130,10 +130,10 @@ class Panel:
                 self._write(x + start, y, line)
 
             rows.append(Row(LEADING * self.unit, ink))
-        notes = [(line, j == len(entry.notes) - 1) for j, note in enumerate(entry.notes) for line in self._wrap(note, start)]
-        for line, last in notes:
+        notes = [line for note in entry.notes for line in self._wrap(note, start)]
+        for i, line in enumerate(notes):
 
-            def note_ink(x: float, y: float, line: str = line, last: bool = last) -> None:
+            def note_ink(x: float, y: float, line: str = line, last: bool = i == len(notes) - 1) -> None:
                 self._write(x + start, y, line, role="text 2")
                 if last and entry.swatch:
                     self._sample(x + GUTTER * self.unit, y + 0.52 * LEADING * self.unit, entry.swatch)

@@ -44,8 +44,8 @@ def off_screen(size: tuple[int, int]) -> Any:
 
 def ground_of(scene: Scene) -> Literal["view", "clay"]:
     """What lines and dust of a scene lie on."""
-    clay = any(isinstance(one.look, SurfaceLook) and one.look.opacity > 0.5 for one in scene.layers)
-    return "clay" if clay else "view"
+    surfaces = [one.look for one in scene.layers if isinstance(one.look, SurfaceLook)]
+    return "clay" if any(look.colour == "clay" and look.opacity > 0.5 for look in surfaces) else "view"
 
 
 def fitted(extent: Box, dimensions: int, aspect: float, exaggeration: float = 1.0) -> Camera:

@@ -146,7 +146,9 @@ def at_points(terms: Sequence[Term], where: Ints, known: Accuracy, traces: Geome
     return only.end_from(known, why).end_from(traces.accuracy, why)
 
 
-def words(term: Term, factor: float, k: float | None, note: str, places: Along | None = None) -> tuple[Shown, ...]:
+def words(
+    term: Term, factor: float, k: float | None, note: str, places: Along | None = None, warning: str = ""
+) -> tuple[Shown, ...]:
     """For the legend: what is shown and in which sense, and the exaggeration.
 
     A velocity is drawn as the way that it makes in `factor` units of time, which is no exaggeration and stands in the note.
@@ -154,17 +156,18 @@ def words(term: Term, factor: float, k: float | None, note: str, places: Along |
     Parameters
     ----------
     k : standard deviations that a spread is drawn to; None where it is not drawn by its size
+    note : in which sense a position is drawn
+    warning : how it may mislead
     """
-    parts = [note] if note else []
+    parts = [note if term.quantity == "position" else ""]
     if spread(term) and k is not None:
         parts.append(f"to k = {k:g}")
     if term.quantity == "velocity":
         _, _, unit = term.unit.partition("/")
         parts.append(f"drawn as the way made in {factor:g} {unit or 'units of time'}")
-    if places is not None and places.left_out:
-        parts.append(LEFT_OUT)
+    parts += [warning, LEFT_OUT if places is not None and places.left_out else ""]
     scale = 1.0 if term.quantity == "velocity" else factor
-    return (Shown(term.name, term.quantity, "; ".join(parts), scale),)
+    return (Shown(term.name, term.quantity, "; ".join(p for p in parts if p), scale),)
 
 
 def covariance(terms: Sequence[Term], items: Ints) -> Floats:

@@ -56,14 +56,13 @@ def cuboid(
     points = (low[:, None] + CORNERS * (high - low)[:, None]).reshape(-1, 3)
     faces = (8 * np.arange(len(where))[:, None, None] + FACES).reshape(-1, 4)
     note = {"signed": "opposite corner where the estimate puts the particle", "bound": "bound"}.get(term.kind, "")
-    if exaggeration != 1:
-        note = f"{note}; read the edges, not the volumes".removeprefix("; ")
+    warning = "read the edges, not the volumes" if exaggeration != 1 else ""
     return Geometry(
         points=points,
         polygons=Cells.of(faces),
         values={"error": Field(np.repeat(term.size()[where], 6), "cell", term.unit)},
         origin=np.repeat(len(traces.vertices) + places.line[kept], 6),
-        shows=vector.words(term, exaggeration, k, note, places),
+        shows=vector.words(term, exaggeration, k, note, places, warning),
         cell=traces.cell,
         frame=traces.frame,
         name=traces.name,
