@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from modules.api import EXACT, Model, Samples
+from modules.declare import record_of
 from modules.mappers.seeds import seeds
 from modules.modellers.interpolate import interpolate
 
@@ -23,6 +24,25 @@ def test_arrangements() -> None:
     assert len(seeds(box(), arrangement="grid", count=3).points) == 27
     flat = seeds(box((5, 5)), arrangement="grid", count=3).points
     assert len(flat) == 9 and (flat[:, 2] == 0).all()
+
+
+def test_a_ring_is_a_closed_rake_and_a_sphere_is_even() -> None:
+    ring = seeds(box(), arrangement="ring", first=(2, 1, 1), last=(2, 3, 3), count=8).points
+    assert (ring[:, 0] == 2).all() and np.linalg.norm(ring - 2, axis=1) == pytest.approx(1.0)
+    steps = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1)
+    assert steps == pytest.approx(steps[0])
+    ball = seeds(box(), arrangement="sphere", first=(1, 1, 1), last=(3, 3, 3), count=400).points - 2
+    assert np.linalg.norm(ball, axis=1) == pytest.approx(1.0)
+    assert np.abs(ball.mean(axis=0)).max() < 0.01 and np.cov(ball.T) == pytest.approx(np.eye(3) / 3, abs=0.01)
+    flat = seeds(box((5, 5)), arrangement="ring", count=6).points
+    assert len(flat) == 6 and (flat[:, 2] == 0).all()
+
+
+def test_a_view_can_set_the_corners() -> None:
+    record = record_of(seeds)
+    for name in ("first", "last"):
+        parameter = record.parameter(name)
+        assert parameter is not None and parameter.position is not None and parameter.position.of == "model"
 
 
 def test_random_ones_are_the_same_for_a_seed_and_within_the_box() -> None:
