@@ -22,6 +22,7 @@ from modules.data.scene import (
     ChartLook,
     Colouring,
     ImageLook,
+    LabelLook,
     Layer,
     LineLook,
     PointLook,
@@ -99,8 +100,8 @@ def _preferred(term: Term, layer: Layer) -> tuple[bool, int]:
 
 
 def _derived(layer: Layer) -> bool:
-    """Whether the items stand for items of another shape, so that a sum over them would count some twice."""
-    return getattr(layer.shape, "origin", None) is not None
+    """Whether the items stand for items of another shape, as words do: a sum over them would count some twice or not at all."""
+    return isinstance(layer.look, LabelLook) or getattr(layer.shape, "origin", None) is not None
 
 
 def _entry(term: Term, layer: Layer, k: float, check: Check | None) -> Entry:
@@ -271,7 +272,8 @@ def _valueless(layer: Layer) -> list[Entry]:
         return []
     place = layer.shape.values[colouring.by].place
     drawn = "hatched" if isinstance(layer.look, SurfaceLook) else "grey"
-    words = f"{colouring.title or colouring.by} not known at {numbers.count(missing)} of {numbers.plural(len(values), place)}, {drawn}"
+    where = f"{numbers.count(missing)} of {numbers.plural(len(values), place)}"
+    words = f"{colouring.title or colouring.by} not known at {where}, {drawn}"
     return [Entry(sign=SIGNS["unknown"], rigour="unknown", number="", words=words, statistic="")]
 
 

@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.draw import meshes
+from app.draw import meshes, space
 from app.draw.dressing import Kind, Style, frame_actor
-from app.draw.extent import Box, of_layers
+from app.draw.extent import Box, frame_of, of_layers
+from app.draw.ink import Overlay
 from app.draw.looks import KINDS
+from app.draw.page import Rect
 from app.draw.stage import ANGLE, Camera, depths, fitted, grabbed, ground_of, lights, off_screen
 from app.draw.wording import Wording, in_pixels
 from app.theme import theme
@@ -59,6 +61,7 @@ class Viewport:
     plotter : any pyvista plotter, in a window or off screen
     scale : pixels of the plotter for one at 100 %
     words : whether labels are drawn; a picture writes its own
+    numbers : whether the edges of a scene in space have numbers; a picture writes its own
     stretch : of y in two dimensions, for charts whose axes have nothing to do with each other
     """
 
@@ -66,6 +69,7 @@ class Viewport:
     scale: float = 1.0
     stretch: float = 1.0
     words: bool = True
+    numbers: bool = False
     scene: Scene | None = None
     _drawn: list[Drawn] = field(default_factory=list)
     _style: Style | None = None
@@ -73,6 +77,7 @@ class Viewport:
     _lifted: Box | None = None
     _corner: tuple[int, int, int] | None = None
     _wording: Wording | None = None
+    _numbers: Overlay | None = None
     _watched: bool = False
 
     def show(self, scene: Scene) -> Changes:
@@ -184,8 +189,9 @@ class Viewport:
         self.plotter.renderer.AddViewProp(self._box)
 
     def _before_frame(self) -> None:
-        """What follows the camera: the far sides of the box, and the labels."""
+        """What follows the camera: the far sides of the box, its numbers, and the labels."""
         self._turn_frame()
+        self._number()
         if self.scene is None or not self.words or not any(isinstance(d.layer.look, LabelLook) for d in self._drawn):
             return
         if self._wording is None:
@@ -195,6 +201,23 @@ class Viewport:
         self._wording.update(
             self.scene, theme(self.scene.look.theme), lambda at: in_pixels(self.project(at * [1, 1, factor]), size), size
         )  # fmt: skip
+
+    def _number(self) -> None:
+        """Numbers along three edges of the box."""
+        wanted = self.numbers and self._box is not None and self._lifted is not None
+        if self.scene is None or (self._numbers is None and not wanted):
+            return
+        if self._numbers is None:
+            self._numbers = Overlay(self.plotter.renderer, self.scale)
+        width, height = self.plotter.render_window.GetSize()
+        self._numbers.begin(theme(self.scene.look.theme), height)
+        if wanted and self._lifted is not None:
+            eye = np.asarray(self.plotter.renderer.GetActiveCamera().GetPosition())
+            space.axes(
+                self._numbers, Rect(0, 0, width, height), self._lifted, frame_of(self.scene.layers),
+                self.scene.look.exaggeration, lambda at: in_pixels(self.project(at), (width, height)), eye,
+            )  # fmt: skip
+        self._numbers.end()
 
     def _turn_frame(self) -> None:
         """The three sides that meet in the corner nearest to the eye are left out, so that none crosses the scene."""

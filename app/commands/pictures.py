@@ -42,9 +42,11 @@ def write(
 ) -> str:
     """Stage a picture and its certificate; returns the caption."""
     from app import picture
+    from app.draw.styles import drawn_as
 
     view = found.network.nodes[out.node].view
     given = {"camera": view["camera"]} if "camera" in view else {}
+    scene = drawn_as(scene, view.get("drawing"))
     drawn = picture.render(scene, k=found.network.k, **given)
     text = certificate.stored(found.network, out.path.parent.absolute(), catalogue)
     mine = {name: keys[name] for name in sorted(upstream(found.network, [out.node]))}

@@ -89,8 +89,15 @@ def field_of(layer: Layer, colouring: Colouring) -> tuple[NDArray[Any], str]:
     return (np.linalg.norm(values, axis=1) if values.ndim > 1 else values), found.place
 
 
-def paint(mapper: Any, colouring: Colouring | None, values: NDArray[Any] | None) -> None:
-    """Colours of the values, by a table; or none."""
+def paint(
+    mapper: Any, colouring: Colouring | None, values: NDArray[Any] | None, unknown: tuple[float, float, float] = (0.5, 0.5, 0.5)
+) -> None:
+    """Colours of the values, by a table; or none.
+
+    Parameters
+    ----------
+    unknown : the colour of what has no value
+    """
     if colouring is None or values is None:
         mapper.ScalarVisibilityOff()
         return
@@ -104,7 +111,7 @@ def paint(mapper: Any, colouring: Colouring | None, values: NDArray[Any] | None)
     table.SetNumberOfTableValues(len(colours))
     rgba = np.rint(np.column_stack([colours, np.ones(len(colours))]) * 255).astype(np.uint8)
     table.SetTable(numpy_to_vtk(rgba, deep=True))
-    table.SetNanColor(0, 0, 0, 0)
+    table.SetNanColor(*unknown, 1.0)
     if colouring.map.scale == "logarithmic":
         table.SetScaleToLog10()
     table.SetTableRange(low, high)
@@ -120,3 +127,22 @@ def flat(prop: Any, colour: str, opacity: float) -> None:
     prop.SetColor(*rgb(colour))
     prop.SetOpacity(opacity)
     prop.LightingOff()
+
+
+def texture(image: NDArray[np.uint8], smooth: bool, repeat: bool = False) -> Any:
+    """An image, row 0 lowest, as a texture."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkRenderingCore import vtkTexture
+
+    height, width, channels = image.shape
+    data, made = vtkImageData(), vtkTexture()
+    data.SetDimensions(width, height, 1)
+    data.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(image).reshape(-1, channels), deep=True))
+    made.SetInputData(data)
+    made.SetInterpolate(smooth)
+    made.SetColorModeToDirectScalars()
+    made.SetRepeat(repeat)
+    if not repeat:
+        made.EdgeClampOn()
+    return made

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.draw import meshes, relief
-from app.draw.dressing import Kind, Props, Style, actor, by, field_of, flat, paint
-from app.theme import rgb
+from app.draw import meshes, relief, surfaces
+from app.draw.dressing import Kind, Props, Style, actor, by, field_of, flat, paint, texture
 from modules.data.geometry import Geometry
 from modules.data.scene import (
     ChartLook,
@@ -106,7 +105,7 @@ def _line_dress(props: Props, layer: Layer, style: Style) -> None:
         flat(prop, style.theme.on(look.colour, style.ground), look.opacity)
         prop.SetLineWidth(width * style.scale)
         mapper = one.GetMapper()
-        paint(mapper, look.colouring, values)
+        paint(mapper, look.colouring, values, style.theme.rgb("text 3"))
         mapper.SetRelativeCoincidentTopologyLineOffsetParameters(-2.0, -8.0)
 
 
@@ -132,104 +131,9 @@ def _point_dress(props: Props, layer: Layer, style: Style) -> None:
     flat(prop, style.theme.on(look.colour, style.ground), look.opacity)
     prop.SetPointSize(look.size * style.scale)
     prop.SetRenderPointsAsSpheres(True)
-    paint(mapper, look.colouring, field_of(layer, look.colouring)[0] if look.colouring else None)
+    values = field_of(layer, look.colouring)[0] if look.colouring else None
+    paint(mapper, look.colouring, values, style.theme.rgb("text 3"))
     mapper.SetRelativeCoincidentTopologyPointOffsetParameter(-12.0)
-
-
-# --- surfaces
-
-
-def _surface_key(layer: Layer, style: Style) -> Hashable:
-    look: SurfaceLook = layer.look  # type: ignore[assignment]  # the table gives each kind its own look
-    lit = (look.light, look.colour, look.colouring, style.theme.name) if look.relief else ()
-    return (*by(layer), look.smooth, look.relief, lit)
-
-
-def _surface_feed(props: Props, layer: Layer, style: Style) -> None:
-    from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
-
-    look, shape = layer.look, layer.shape
-    assert isinstance(look, SurfaceLook) and isinstance(shape, Geometry)
-    data = meshes.surface_of(shape)
-    if look.colouring is not None and not shape.primitives:
-        values, place = field_of(layer, look.colouring)
-        start = len(shape.vertices) + len(shape.lines)
-        meshes.attach(data, values[start:] if place == "cell" else values, "cell" if place == "cell" else "point")
-    normals = vtkPolyDataNormals()
-    normals.SetInputData(data)
-    normals.SplittingOff()
-    normals.ConsistencyOff()
-    normals.SetComputePointNormals(look.smooth)
-    normals.SetComputeCellNormals(not look.smooth or look.relief)
-    normals.Update()
-    data = normals.GetOutput()
-    if look.relief:
-        _light(data, layer, style)
-    props[0].GetMapper().SetInputData(data)
-
-
-def _light(data: Any, layer: Layer, style: Style) -> None:
-    """Colours of the relief as values of the data: on points where it is smooth, on cells where not."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    look = layer.look
-    assert isinstance(look, SurfaceLook)
-    on = "point" if look.smooth else "cell"
-    place = data.GetPointData() if look.smooth else data.GetCellData()
-    normals = vtk_to_numpy(place.GetNormals()).astype(float)
-    normals = np.where(normals[:, 2:] < 0, -normals, normals) * [look.light, look.light, 1.0]
-    light = relief.shading(normals)
-    colours = relief.tones(style.theme.rgb(look.colour), light)
-    if look.colouring is not None:
-        values, where = field_of(layer, look.colouring)
-        if where == on:
-            finite = values[np.isfinite(values)]
-            span = look.colouring.range or (float(finite.min()), float(finite.max()))
-            colours = relief.colours(values[-len(light) :], look.colouring.map, span)
-            colours = np.clip(colours * np.interp(light, [0.0, 0.5, 1.0], [0.55, 1.0, 1.15])[:, None], 0.0, 1.0)
-    meshes.attach(data, np.rint(colours * 255).astype(np.uint8), on)
-
-
-def _surface_dress(props: Props, layer: Layer, style: Style) -> None:
-    look = layer.look
-    assert isinstance(look, SurfaceLook)
-    (one,) = props
-    prop, mapper = one.GetProperty(), one.GetMapper()
-    prop.SetColor(*rgb(style.theme[look.colour]))
-    prop.SetOpacity(look.opacity)
-    prop.SetAmbient(0.0 if look.relief else 0.22)  # the light of a relief is in its colours: nothing is added to them
-    prop.SetDiffuse(1.0 if look.relief else 0.86)
-    prop.SetSpecular(0.0)
-    prop.SetInterpolation(2 if look.smooth else 0)
-    prop.SetEdgeVisibility(look.edges)
-    prop.SetEdgeColor(*rgb(style.theme.on("line", "clay")))
-    prop.SetLineWidth(0.6 * style.scale)
-    prop.SetLighting(not look.relief)
-    one.SetTexture(_texture(layer.shape.texture, True) if layer.shape.texture is not None else None)
-    if look.relief:
-        mapper.SetColorModeToDirectScalars()
-        mapper.ScalarVisibilityOn()
-        return
-    coloured = look.colouring is not None and not layer.shape.primitives
-    paint(mapper, look.colouring, field_of(layer, look.colouring)[0] if coloured and look.colouring else None)
-
-
-def _texture(image: NDArray[np.uint8], smooth: bool) -> Any:
-    """An image, row 0 lowest, as a texture."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-    from vtkmodules.vtkRenderingCore import vtkTexture
-
-    height, width, channels = image.shape
-    data, texture = vtkImageData(), vtkTexture()
-    data.SetDimensions(width, height, 1)
-    data.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(image).reshape(-1, channels), deep=True))
-    texture.SetInputData(data)
-    texture.SetInterpolate(smooth)
-    texture.SetColorModeToDirectScalars()
-    texture.RepeatOff()
-    texture.EdgeClampOn()
-    return texture
 
 
 # --- images
@@ -244,7 +148,7 @@ def _image_feed(props: Props, layer: Layer, style: Style) -> None:
     assert isinstance(look, ImageLook) and isinstance(shape, Samples)
     image = relief.picture(shape, look, style.theme)
     props[0].GetMapper().SetInputData(meshes.quad(shape, *image.shape[:2]))
-    props[0].SetTexture(_texture(image, look.interpolate))
+    props[0].SetTexture(texture(image, look.interpolate))
 
 
 def _image_dress(props: Props, layer: Layer, style: Style) -> None:
@@ -322,7 +226,7 @@ def _nothing(props: Props, layer: Layer, style: Style) -> None:
 
 
 KINDS: Mapping[type, Kind] = {
-    SurfaceLook: Kind(lambda: [actor()], _surface_key, _surface_feed, _surface_dress),
+    SurfaceLook: Kind(surfaces.props, surfaces.key, surfaces.feed, surfaces.dress),
     LineLook: Kind(_line_props, _line_key, _line_feed, _line_dress),
     PointLook: Kind(lambda: [actor()], lambda layer, style: by(layer), _point_feed, _point_dress),
     ImageLook: Kind(lambda: [actor()], _image_key, _image_feed, _image_dress),

@@ -110,11 +110,11 @@ def points_of(geometry: Geometry) -> Any:
     return poly(geometry.points, vertices=vertices)
 
 
-def surface_of(geometry: Geometry) -> Any:
-    """Polygons and tessellated primitives, with texture coordinates if there are any."""
+def surface_of(geometry: Geometry, keep: NDArray[np.bool_] | None = None) -> Any:
+    """Polygons, or some of them, and tessellated primitives, with texture coordinates if there are any."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
 
-    data = poly(geometry.points, polygons=geometry.polygons)
+    data = poly(geometry.points, polygons=geometry.polygons if keep is None else picked(geometry.polygons, keep))
     if geometry.texture_at is not None:
         data.GetPointData().SetTCoords(numpy_to_vtk(np.ascontiguousarray(geometry.texture_at, np.float32), deep=True))
     if not geometry.primitives:
@@ -128,6 +128,23 @@ def surface_of(geometry: Geometry) -> Any:
         append.AddInputData(tessellated(primitive))
     append.Update()
     return append.GetOutput()
+
+
+def hatched(geometry: Geometry, which: NDArray[np.bool_], period: float) -> Any:
+    """Some polygons, each on its own, with coordinates in an image of one stripe: diagonal, `period` from stripe to stripe."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    cells = picked(geometry.polygons, which)
+    points = geometry.points[cells.connectivity]
+    sizes, first = cells.sizes(), cells.offsets[:-1]
+    normals = np.abs(np.cross(points[first + 1] - points[first], points[first + 2] - points[first])) if len(cells) else points
+    across = np.repeat(np.argmax(normals, axis=1), sizes)  # the axis that the polygon lies across
+    rest = np.array([[1, 2], [0, 2], [0, 1]])[across]
+    along = np.take_along_axis(points, rest, axis=1).sum(axis=1) / (period * np.sqrt(2.0))
+    data = poly(points, polygons=Cells(cells.offsets, np.arange(len(points), dtype=np.int64)))
+    at = np.column_stack([along - np.floor(along.min(initial=0.0)), np.full(len(along), 0.5)]).astype(np.float32)
+    data.GetPointData().SetTCoords(numpy_to_vtk(at, deep=True))
+    return data
 
 
 def tessellated(primitive: Primitive) -> Any:

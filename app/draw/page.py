@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from app.draw import numbers
 from app.draw.extent import Box
+from app.draw.ink import Ink
 from app.draw.panel import WIDTH, Panel, fitted
 from app.draw.parts import Legend
 from app.draw.pen import Pen
@@ -126,7 +127,7 @@ def title(pen: Pen, look: SceneLook, plan: Plan) -> None:
         pen.text(plan.plot.x, pen.px(MARGIN + 12), look.title, size=TITLE, bold=True)
 
 
-def flat_axes(pen: Pen, plot: Rect, view: Box, frame: Frame) -> None:
+def flat_axes(pen: Ink, plot: Rect, view: Box, frame: Frame) -> None:
     """Frame, ticks, numbers and names of a flat picture; `view` is the part of the plane that is seen."""
     edge = 0.5
     corners = [(plot.x - edge, plot.y - edge), (plot.right + edge, plot.y - edge), (plot.right + edge, plot.bottom + edge)]
@@ -149,7 +150,7 @@ def flat_axes(pen: Pen, plot: Rect, view: Box, frame: Frame) -> None:
     pen.text(x, plot.y + plot.height / 2, upright.name, size=11, role="text 2", across="center", angle=90)
 
 
-def scale_bar(pen: Pen, plot: Rect, view: Box, frame: Frame, cell: float | None, taken: str) -> None:
+def scale_bar(pen: Ink, plot: Rect, view: Box, frame: Frame, cell: float | None, taken: str) -> None:
     """A bar of round length, in the lower corner that the legend leaves free; with the cells that it spans."""
     unit = frame.units[0]
     if unit not in numbers.LENGTHS or frame.units[1] != unit or not view.sides[0]:
@@ -168,7 +169,7 @@ def scale_bar(pen: Pen, plot: Rect, view: Box, frame: Frame, cell: float | None,
     pen.text(end, top + pen.px(15), words, size=10.5, role="text 2", across="right")
 
 
-def _bar_of(pen: Pen, span: float, across: float, unit: str, cell: float | None) -> tuple[float, str]:
+def _bar_of(pen: Ink, span: float, across: float, unit: str, cell: float | None) -> tuple[float, str]:
     """The shortest round length under whose bar its words have room, and the words; the cells are left out of narrow maps."""
     power = 10.0 ** math.floor(math.log10(0.05 * span))
     lengths = [m * power for m in (1.0, 2.0, 5.0, 10.0, 20.0, 50.0) if m * power <= 0.8 * span]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from app.draw import numbers, page, placing
 from app.draw.extent import Box
+from app.draw.ink import Ink
 from app.draw.page import Rect
-from app.draw.pen import Pen
 from modules.data.grid import Frame
 
 Floats = NDArray[np.float64]
@@ -41,7 +41,7 @@ def edges(box: Box, project: Project, eye: Floats) -> list[tuple[Floats, Floats]
     return chosen
 
 
-def axes(pen: Pen, plot: Rect, box: Box, frame: Frame, factor: float, project: Project, eye: Floats) -> None:
+def axes(pen: Ink, plot: Rect, box: Box, frame: Frame, factor: float, project: Project, eye: Floats) -> None:
     """Numbers and names along three edges; heights are told as they are, though drawn `factor` times as high.
 
     Parameters
@@ -59,7 +59,7 @@ def axes(pen: Pen, plot: Rect, box: Box, frame: Frame, factor: float, project: P
 
 
 def _one(
-    pen: Pen, plot: Rect, frame: Frame, axis: int, edge: tuple[Floats, Floats], by: float, centre: Floats,
+    pen: Ink, plot: Rect, frame: Frame, axis: int, edge: tuple[Floats, Floats], by: float, centre: Floats,
     project: Project, taken: list[placing.Placed],
 ) -> None:  # fmt: skip
     start, end = edge
@@ -88,7 +88,7 @@ def _outward(a: Floats, b: Floats, centre: Floats) -> Floats:
 
 
 def _put(
-    pen: Pen, plot: Rect, at: Floats, outward: Floats, words: str, size: float, taken: list[placing.Placed],
+    pen: Ink, plot: Rect, at: Floats, outward: Floats, words: str, size: float, taken: list[placing.Placed],
     mark: tuple[float, float] | None = None,
 ) -> None:  # fmt: skip
     """Words beyond a place, if they stand on the plot and over no other words."""
@@ -104,7 +104,7 @@ def _put(
     pen.text(label.x, label.y + height * 0.36, words, size=size, role="text 2", across="center")
 
 
-def triad(pen: Pen, plot: Rect, frame: Frame, right: Floats, up: Floats, taken: str) -> None:
+def triad(pen: Ink, plot: Rect, frame: Frame, right: Floats, up: Floats, taken: str) -> None:
     """Three short arms that say how the scene is turned, in a lower corner that the legend leaves free.
 
     Parameters

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 from app import __version__
 from app.engine.errors import NoniusError
 from app.gui import dropping, pictures, style
+from app.gui.view_commands import ViewCommands
 from app.gui.places_page import Places
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ RECENT = 9
 NETWORKS = "Networks and pictures (*.json *.png);;All files (*)"
 
 
-class Commands:
+class Commands(ViewCommands):
     """The actions of one window."""
 
     def __init__(self, window: MainWindow) -> None:
@@ -253,16 +254,6 @@ class Commands:
     def zoom_one(self) -> None:
         """As it is."""
         self.window.canvas.set_zoom(1.0)
-
-    def fit_views(self) -> None:
-        """All of each scene."""
-        for pane in self.window.views.panes:
-            if pane.node:
-                pane.back.fit()
-
-    def as_saved(self) -> None:
-        """Views in the theme of their pictures."""
-        self.window.views.show_as_saved(not self.window.views.as_saved)
 
     def theme_system(self) -> None:
         """As the system has it."""

@@ -6,9 +6,12 @@ import os
 from typing import Any
 
 from PySide6.QtCore import QRect, QTimer, Signal
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
+from app.gui import flat_axes
 from app.gui.cameras import Camera
+from app.theme import theme
 from modules.data.scene import Scene
 
 
@@ -19,6 +22,7 @@ class Interactor(QWidget):
     framed = Signal(object)
     failed = Signal(str)
     moved = Signal()
+    steered = Signal(object)
     surfaceMade = Signal(object)
 
     def __init__(self, parent: QWidget | None = None) -> None:
@@ -45,12 +49,13 @@ class Interactor(QWidget):
             widget.render_window.SetSize(max(16, round(self.width() * ratio)), max(16, round(self.height() * ratio)))
             widget.lower()
             widget.iren.add_observer("EndInteractionEvent", lambda *_: self.cameraChanged.emit(self.camera))
+            widget.iren.add_observer("InteractionEvent", lambda *_: self.steered.emit(self.camera))
             self._view = Viewport(widget, scale=self.devicePixelRatioF())
-            widget.renderer.AddObserver("EndEvent", lambda *_: self.moved.emit())
+            widget.renderer.AddObserver("EndEvent", lambda *_: self._drawn())
             self.surfaceMade.emit(widget)
         return self._view
 
-    def show_scene(self, scene: Scene | None, camera: Camera | None, tag: object = None) -> None:
+    def show_scene(self, scene: Scene | None, camera: Camera | None, tag: object = None, numbers: bool = False) -> None:
         """Draw a scene; without a camera it is seen as it is, or whole if it is the first."""
         first = self.scene is None
         self.scene, self.tag = scene, tag
@@ -58,6 +63,8 @@ class Interactor(QWidget):
             return
         try:
             view = self._made()
+            view.numbers = numbers
+            self.setContentsMargins(flat_axes.margins(self, scene))
             view.show(scene)
             if camera is not None:
                 view.camera = camera
@@ -68,6 +75,25 @@ class Interactor(QWidget):
             self.failed.emit(str(error))
             return
         self.framed.emit(tag)
+
+    def _drawn(self) -> None:
+        """A frame stands: what lies around and over it follows."""
+        self.moved.emit()
+        if not self.contentsMargins().isNull():
+            self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """The axes around a view of the plane."""
+        camera = self.camera
+        if camera is None or self.scene is None or self.contentsMargins().isNull():
+            return
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), QColor(theme(self.scene.look.theme)["view"]))
+        flat_axes.paint(painter, self.plot, self.scene, camera, bar=False)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """The room of the axes follows the size."""
+        self.setContentsMargins(flat_axes.margins(self, self.scene))
 
     def _see_all(self) -> None:
         """Once the window has its size."""

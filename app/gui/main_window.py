@@ -201,7 +201,10 @@ class MainWindow(QMainWindow):
         for name, label in (("undo", session.history.undo_label), ("redo", session.history.redo_label)):
             words = name.capitalize()
             self.made[name].setText(f"{words} “{label}”" if label else words)
-        checked = {"freeze": session.frozen, "as_saved": self.views.as_saved}
+        views = self.views
+        checked = {"freeze": session.frozen, "as_saved": views.as_saved}
+        checked |= {"link_cameras": views.linked, "same_colours": views.shared}
+        checked |= {f"split_{name}": views.most == n for name, n in (("one", 1), ("two", 2), ("four", 4))}
         checked |= {f"theme_{name}": style.watch().choice == name for name in ("system", "light", "dark")}
         for name, on in checked.items():
             self.made[name].setChecked(on)

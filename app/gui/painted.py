@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF, QRect, QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPaintEvent, QPen, QResizeEvent, QWheelEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
-from app.gui import cameras, style
+from app.gui import cameras, flat_axes, style
 from app.gui.cameras import Camera
 from app.gui.studio import Stage, Studio
 from modules.data.scene import Scene
@@ -24,6 +24,7 @@ class Painted(QWidget):
     framed = Signal(object)
     failed = Signal(str)
     moved = Signal()
+    steered = Signal(object)
 
     def __init__(self, studio: Studio, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -49,7 +50,7 @@ class Painted(QWidget):
 
     # --- the interface of a viewport
 
-    def show_scene(self, scene: Scene | None, camera: Camera | None, tag: object = None) -> None:
+    def show_scene(self, scene: Scene | None, camera: Camera | None, tag: object = None, numbers: bool = False) -> None:
         """Draw a scene; without a camera it is seen as it is, or whole if it is the first."""
         first = self.scene is None or (scene is not None and scene.look.dimensions != self.scene.look.dimensions)
         self.scene = scene
@@ -59,9 +60,13 @@ class Painted(QWidget):
             self.update()
             return
         self._of = tag
+        self._room()
         if first or camera is not None:
             self._whole = camera is None
-        self._draw(scene=scene, camera=camera, fit=first and camera is None)
+        self._draw(scene=scene, camera=camera, fit=first and camera is None, numbers=numbers)
+
+    def _room(self) -> None:
+        self.setContentsMargins(flat_axes.margins(self, self.scene))
 
     def set_camera(self, camera: Camera) -> None:
         """See from there."""
@@ -135,6 +140,8 @@ class Painted(QWidget):
         if self.camera is not None and not self.flat and self.scene is not None and self.scene.look.axes:
             self._triad(painter, ground)
         painter.setClipping(False)
+        if self.camera is not None and self.scene is not None and not self.contentsMargins().isNull():
+            flat_axes.paint(painter, self.plot, self.scene, self.camera, bar=True)
         if self.hasFocus():
             painter.setPen(QPen(style.colour("action"), 1))
             painter.drawRect(QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5))
@@ -158,6 +165,7 @@ class Painted(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Ask for a frame of the new size."""
         if self.scene is not None:
+            self._room()
             self._draw(fit=self._whole)
 
     # --- mouse
@@ -205,6 +213,7 @@ class Painted(QWidget):
     def _go(self, camera: Camera) -> None:
         self.camera, self._whole = camera, False
         self._draw(camera=camera)
+        self.steered.emit(camera)
 
     def _told(self) -> None:
         if self.camera is not None:

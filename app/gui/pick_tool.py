@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
@@ -49,10 +50,12 @@ class PickTool(QObject):
     ----------
     session : whose network is looked at
     back : the back end; its picture and camera are picked
+    keys : what the view does with other keys; whether it did something
     """
 
-    def __init__(self, session: Session, back: BackEnd, parent: QObject) -> None:
+    def __init__(self, session: Session, back: BackEnd, parent: QObject, keys: Callable[[QKeyEvent], bool]) -> None:
         super().__init__(parent)
+        self._more = keys
         self.session, self.back = session, back
         self.node = ""
         self.active = False
@@ -100,7 +103,7 @@ class PickTool(QObject):
             if abs(by.x()) + abs(by.y()) <= STILL and isinstance(watched, QWidget):
                 self.ask(watched.mapTo(self.back, event.position()) if watched is not self.back else event.position())
         elif kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease) and isinstance(event, QKeyEvent):
-            if kind == QEvent.Type.KeyPress and self._key(event):
+            if kind == QEvent.Type.KeyPress and (self._key(event) or self._more(event)):
                 return True
             if watched is not self.back:  # VTK has keys of its own: they would change the picture behind the network's back
                 event.ignore()

@@ -22,6 +22,7 @@ class Stage:
     scene: Scene | None = None
     size: tuple[int, int] = (640, 400)
     scale: float = 1.0
+    numbers: bool = False
     camera: Camera | None = None
     fit: bool = False
     due: bool = False
@@ -181,7 +182,8 @@ def frame(
     view = stage.drawn
     view.scale = scale
     view.plotter.render_window.SetSize(*size)
-    if view.scene is not scene:
+    if view.scene is not scene or view.numbers != stage.numbers:
+        view.numbers = stage.numbers
         view.show(scene)
     if camera is not None:
         view.camera = camera

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QMenu, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QInputDialog, QLabel, QToolButton, QVBoxLayout, QWidget
 
-from app.gui import cameras, icons, style
+from app.draw.styles import Ranges, Wardrobe
+from app.gui import bookmarks, cameras, icons, style, view_menu
 from app.gui.backends import BackEnd, back_end
 from app.gui.legend_box import LegendBox
 from app.gui.pick_tool import PickTool
@@ -19,14 +20,12 @@ from app.gui.studio import Studio
 from app.legend import Legend, legend
 from modules.data.scene import Scene
 
-AXES = {"From the east": "+x", "From the west": "-x", "From the north": "+y", "From the south": "-y", "From above": "+z",
-        "From below": "-z"}  # fmt: skip
-
 
 class ViewPane(QWidget):
     """One view: a title bar, the picture, the legend over it."""
 
     pictureAsked = Signal(str)
+    sceneChanged = Signal()
 
     def __init__(self, session: Session, studio: Studio, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -35,16 +34,20 @@ class ViewPane(QWidget):
         self.as_saved = False
         self.back: BackEnd = back_end(studio, self)
         self.legend = LegendBox(self.back)
-        self.pick = PickTool(session, self.back, self)
+        self.pick = PickTool(session, self.back, self, self._keys)
+        self._wardrobe = Wardrobe()
+        self._ranges: Ranges = {}
+        self._dress: tuple[str, bool] = ("as made", False)
         self._scene: Scene | None = None
         self._shown: Scene | None = None
         self._tag: object = None
         self._build()
-        self.back.cameraChanged.connect(self._camera)
+        self.back.cameraChanged.connect(self.keep_camera)
         self.back.framed.connect(self._framed)
         self.back.failed.connect(self._cannot)
         self.back.installEventFilter(self)
         session.resultChanged.connect(self._result)
+        session.networkChanged.connect(self._redress)
         session.stateChanged.connect(self._state)
         style.watch().changed.connect(self._restyle)
 
@@ -66,9 +69,10 @@ class ViewPane(QWidget):
         tip = "Pick: a click reads value and error there. P picks under the pointer, Ctrl+click without the tool"
         self.picker = _tool("target", tip, self._picking)
         self.picker.setCheckable(True)
+        self.cube = _tool("cube", "How it is seen: axes, bookmarks, perspective, wireframe", self._menu)
         self.tools = [
             self.picker,
-            _tool("cube", "See from an axis, with or without perspective", self._axes),
+            self.cube,
             _tool("fit", "See all of the scene (double click)", lambda: self.back.fit()),
             _tool("camera", "Save the picture with its certificate…", lambda: self.pictureAsked.emit(self.node)),
         ]
@@ -107,9 +111,13 @@ class ViewPane(QWidget):
         self.name.setText(str(title or self.node))
         self.setAccessibleName(f"View {title or self.node}")
         scene = self.scene()
-        if scene is not None and scene is not self._scene:
-            self._scene = scene
+        dress = (self.drawing, self.numbered)
+        fresh = scene is not None and scene is not self._scene
+        if fresh or (dress != self._dress and self._scene is not None):
+            self._scene, self._dress = scene or self._scene, dress
             self._draw()
+        if fresh:
+            self.sceneChanged.emit()
         if self._scene is not None:
             self._legend()
         self.pick.refresh()
@@ -122,7 +130,7 @@ class ViewPane(QWidget):
 
     def _draw(self) -> None:
         assert self._scene is not None
-        scene = self._scene
+        scene = self._wardrobe.dressed(self._scene, self.drawing, self._ranges)
         if not self.as_saved and scene.look.theme != style.present().name:
             scene = replace(scene, look=replace(scene.look, theme=style.present().name))
         camera = None
@@ -130,12 +138,13 @@ class ViewPane(QWidget):
             camera = self.session.network[self.node].view.get("camera")
         self._shown = scene
         self._tag = self._scene
-        self.back.show_scene(scene, camera, self._tag)
+        self.back.show_scene(scene, camera, self._tag, self.numbered)
         self.pick.show_scene(self.node, scene)
 
     def _legend(self) -> None:
-        scene, k = self._scene, self.session.network.k
-        assert scene is not None
+        scene, k = self._shown, self.session.network.k
+        if scene is None:
+            return
         found = self.session.look("legend", self.node, id(scene), k, job=lambda: (scene, legend(scene, k=k)))
         if isinstance(found, tuple) and isinstance(found[1], Legend):
             if self.legend.legend is not found[1]:
@@ -178,6 +187,10 @@ class ViewPane(QWidget):
         if node == self.node:
             self.refresh()
 
+    def _redress(self) -> None:
+        if self._scene is not None and (self.drawing, self.numbered) != self._dress:
+            self.refresh()
+
     def _state(self, node: str) -> None:
         if self.node in self.session.network.nodes:
             self._note()
@@ -185,7 +198,8 @@ class ViewPane(QWidget):
     def _framed(self, tag: object) -> None:
         self._note()
 
-    def _camera(self, camera: dict[str, Any]) -> None:
+    def keep_camera(self, camera: dict[str, Any]) -> None:
+        """Remember from where the view is seen, in the view data of its node."""
         network = self.session.network
         if self.node in network.nodes and self._scene is not None and network[self.node].view.get("camera") != camera:
             self.session.amend(network.look(self.node, camera=camera))
@@ -205,26 +219,66 @@ class ViewPane(QWidget):
     def _picking(self) -> None:
         self.pick.use(self.picker.isChecked())
 
-    def _axes(self) -> None:
-        camera = self.back.camera
+    # --- how it is seen
+
+    @property
+    def drawing(self) -> str:
+        """How surfaces are drawn; view data of the node."""
+        return str(self._view("drawing", "as made"))
+
+    @property
+    def numbered(self) -> bool:
+        """Whether the axes of a scene in space have numbers; view data of the node."""
+        return bool(self._view("numbers", False))
+
+    def _view(self, name: str, otherwise: object) -> object:
+        network = self.session.network
+        return network[self.node].view.get(name, otherwise) if self.node in network.nodes else otherwise
+
+    def draw_as(self, drawing: str) -> None:
+        """Draw surfaces in another way."""
+        if self.node and drawing != self.drawing:
+            told = None if drawing == "as made" else drawing
+            self.session.edit(f"Draw {drawing}", self.session.network.look(self.node, drawing=told))
+
+    def number(self) -> None:
+        """Put numbers on the axes, or take them away."""
+        if self.node:
+            told = None if self.numbered else True
+            self.session.edit("Numbers on the axes", self.session.network.look(self.node, numbers=told))
+
+    def colour_on(self, ranges: Ranges) -> None:
+        """Colour values on ranges that other views have too."""
+        self._ranges = ranges
+        if self._scene is not None:
+            self._draw()
+            self._legend()
+
+    def see(self, camera: cameras.Camera) -> None:
+        """See from there."""
+        self.back.set_camera(camera)
+        self.keep_camera(camera)
+
+    def bookmark(self) -> None:
+        """Ask for a name, and keep from where the view is seen."""
+        camera, network = self.back.camera, self.session.network
         if camera is None:
             return
-        menu = QMenu(self)
-        if self.back.flat:
-            menu.addAction("A flat view is seen from above: set dimensions to 3 to turn it").setEnabled(False)
-        else:
-            for words, axis in AXES.items():
-                menu.addAction(words, partial(self._see, cameras.along(camera, axis)))
-            menu.addSeparator()
-            even = bool(camera.get("parallel"))
-            chosen = menu.addAction("Without perspective", partial(self._see, cameras.parallel(camera, not even)))
-            chosen.setCheckable(True)
-            chosen.setChecked(even)
-        menu.exec(self.tools[0].mapToGlobal(self.tools[0].rect().bottomLeft()))
+        words = "Name of the bookmark; Ctrl+1 to Ctrl+9 lead back to it"
+        name, done = QInputDialog.getText(self, "Bookmark the view", words, text=bookmarks.fresh(network, self.node))
+        if done and name.strip():
+            self.session.edit(f"Bookmark {name.strip()}", bookmarks.kept(network, self.node, name.strip(), camera))
 
-    def _see(self, camera: cameras.Camera) -> None:
-        self.back.set_camera(camera)
-        self._camera(camera)
+    def forget(self, name: str) -> None:
+        """Take a bookmark away."""
+        self.session.edit(f"Forget {name}", bookmarks.without(self.session.network, self.node, name))
+
+    def _menu(self) -> None:
+        if self.back.camera is not None:
+            view_menu.build(self).exec(self.cube.mapToGlobal(self.cube.rect().bottomLeft()))
+
+    def _keys(self, event: QKeyEvent) -> bool:
+        return view_menu.press(self, event)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """The legend and the words follow the size of the picture."""

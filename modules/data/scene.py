@@ -80,7 +80,15 @@ class Colouring:
 
 @dataclass(frozen=True, kw_only=True)
 class SurfaceLook:
-    """Polygons, lit. `relief` lights from the north-west as a map does, with slopes taken `light` times as steep."""
+    """Polygons.
+
+    Parameters
+    ----------
+    edges, wire : whether the edges of polygons are drawn too, or alone
+    smooth : light runs on over the edges
+    lit : whether a light falls on it; colours of what is not lit are those of the bar
+    relief : lit from the north-west as on a map, slopes taken `light` times as steep
+    """
 
     colour: Colour = "clay"
     colouring: Colouring | None = None
@@ -89,6 +97,8 @@ class SurfaceLook:
     smooth: bool = True
     relief: bool = False
     light: float = 1.0
+    lit: bool = True
+    wire: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
