@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 KEEP_DAYS = 30
-_MARKER = "warm"
+_MARKER = ".warm"
 _decorating = threading.Lock()
 
 
@@ -40,18 +40,26 @@ def inlined(function: Function) -> Function:
     return _compiled(function, forceinline=True)
 
 
-def _compiled(function: Function, **options: bool) -> Function:
+def vectorized(function: Function) -> Function:
+    """As `inlined`, for arithmetic in a loop over many cells: a division by zero gives inf or nan, as in numpy.
+
+    Without the test that it else needs, and without branches, the loop runs on whole vector registers.
+    """
+    return _compiled(function, forceinline=True, error_model="numpy")
+
+
+def _compiled(function: Function, **options: Any) -> Function:
     import numba
 
     folder = cache_folder()
     if folder is None:
-        compiled: Function = numba.njit(nogil=True, **options)(function)
+        compiled: Function = numba.njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
         return compiled
     with _decorating:  # numba reads the folder while it decorates; other users of numba keep their own
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(folder)
         try:
-            compiled = numba.njit(nogil=True, cache=True, **options)(function)
+            compiled = numba.njit(nogil=True, no_cfunc_wrapper=True, cache=True, **options)(function)
         finally:
             numba.config.CACHE_DIR = before
     return compiled
@@ -81,13 +89,13 @@ def cache_folder() -> Path | None:
     return None
 
 
-def is_warm() -> bool:
-    """Whether all kernels of these sources have been compiled and kept, so that none waits for the compiler."""
+def is_warm(name: str = "") -> bool:
+    """Whether all kernels of these sources, or those of one file, have been compiled and kept: none waits for the compiler."""
     folder = cache_folder()
-    return folder is not None and (folder / _MARKER).exists()
+    return folder is not None and any((folder / f"{each}{_MARKER}").exists() for each in ("", name))
 
 
-def warm(progress: Callable[[float, str], None] = lambda fraction, name: None) -> None:
+def warm(progress: Callable[[float, str], None] = lambda fraction, name: None, asked: list[str] | None = None) -> None:
     """Compile every kernel by calling it on tiny data.
 
     Each kernel file that compiles something has a function `warm()` which does so for that file.
@@ -96,17 +104,27 @@ def warm(progress: Callable[[float, str], None] = lambda fraction, name: None) -
     ----------
     progress
         Called with the fraction done and the name of the file that comes next; what it raises ends the work.
+    asked
+        Names of files that are to come first; more may be put in while the work goes on.
     """
     names = sorted(path.stem for path in _sources() if not path.stem.startswith("_"))
-    for done, name in enumerate(names):
-        progress(done / len(names), name)
+    left, wanted = list(names), [] if asked is None else asked
+    while left:
+        name = next((each for each in wanted if each in left), left[0])
+        left.remove(name)
+        progress(1.0 - (len(left) + 1) / len(names), name)
         warm_file = getattr(import_module(f"{__package__}.{name}"), "warm", None)
         if warm_file is not None:
             warm_file()
+        _mark(name)
     progress(1.0, "")
+    _mark("")
+
+
+def _mark(name: str) -> None:
     folder = cache_folder()
     if folder is not None:
-        (folder / _MARKER).touch()
+        (folder / f"{name}{_MARKER}").touch()
 
 
 def _sources() -> list[Path]:

@@ -13,31 +13,68 @@ Source: Lopes 1999, chapter 4; Lopes and Brodlie 2003; with configuration 13's t
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from modules.kernels.marching_cases import Floats, Integers, new_cell, simple
-from modules.kernels.marching_sweep import Lattice, Slab, find, write
+from modules.kernels.marching_cases import Bytes, Floats, Integers, all_polygons, new_cell
+from modules.kernels.marching_cell import patches
+from modules.kernels.marching_find import REST, SPECIAL, TOP, TRIANGLES, find, words
+from modules.kernels.marching_tables import Tables, tables
+from modules.kernels.marching_write import write
 
-CELLS_A_SLAB = 1 << 17
-"""Cells of a slab: about ten milliseconds."""
+LAYERS_A_SLAB = 8
+"""Each slab looks once more at the last layer of the one before."""
+
+MOST_POINTS = 2**31 - 1
 
 Slabs = Callable[[Callable[[int], Any], Iterable[int]], list[Any]]
 
 
-class Surface(NamedTuple):
-    """An isosurface of n points and m triangles.
+class Grid(NamedTuple):
+    """The samples, row after row, and the coordinates along each axis."""
+
+    values: Floats
+    x: Floats
+    y: Floats
+    z: Floats
+
+
+class Found(NamedTuple):
+    """What the first pass knows of a slab.
 
     Attributes
+    ----------
+    active : (n,) column of each cell << 32, bits of its new vertices << 8, its code
+    rows : where each row of cells starts in it
+    counts : (layers, 4) what each layer holds
+    joined, patch_count, inner, patch : of the cells that need more thought
+    tunnels : cells with a tunnel
+    """
+
+    active: Integers
+    rows: Integers
+    counts: Integers
+    joined: Integers
+    patch_count: Integers
+    inner: Floats
+    patch: Bytes
+    tunnels: int
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """An isosurface of n points and m triangles.
+
+    Parameters
     ----------
     points : (n, 3) float64
         x, y, z.
     triangles : (m, 3) int64
         Points; the right-handed normal points to the low side.
-    cell : (m,) int64
-        The grid cell of each triangle, row-major over (nz - 1, ny - 1, nx - 1).
+    found : what the first pass knows of the slabs
     tunnels : int
         Cells through which the surface has a tunnel.
     special : int
@@ -46,20 +83,23 @@ class Surface(NamedTuple):
 
     points: Floats
     triangles: Integers
-    cell: Integers
     tunnels: int
     special: int
+    shape: tuple[int, int, int]
+    found: tuple[Found, ...]
 
-
-class _Part(NamedTuple):
-    point: Floats
-    triangle: Integers
-    origin: Integers
-    bottom: Integers
-    top: npt.NDArray[np.int32]
-    early: int
-    tunnels: int
-    special: int
+    @cached_property
+    def cell(self) -> Integers:
+        """(m,) int64: the grid cell of each triangle, row-major over (nz - 1, ny - 1, nx - 1)."""
+        nx, sides = self.shape[2] - 1, 2 * tables().sides.astype(np.int64)
+        cells, first = [np.zeros(0, np.int64)], 0
+        for part in self.found:
+            rows = np.repeat(np.arange(len(part.rows) - 1) + first, np.diff(part.rows))
+            count = sides[part.active & 255]
+            count[count == 0] = part.patch_count[1::2]
+            cells.append(np.repeat(rows * nx + (part.active >> 32), count))
+            first += len(part.rows) - 1
+        return np.concatenate(cells)
 
 
 def surface(values: Floats, x: Floats, y: Floats, z: Floats, level: float, *, slabs: Slabs | None = None) -> Surface:
@@ -91,16 +131,21 @@ def surface(values: Floats, x: Floats, y: Floats, z: Floats, level: float, *, sl
     surface to rounding, or within 2^-24 of a cell where it passes a node nearer than that.
     Source: thesis section 4.2.
     """
-    lattice = _at_the_door(values, x, y, z, level)
-    nz, ny, nx = lattice.values.shape
-    layers = max(1, CELLS_A_SLAB // ((ny - 1) * (nx - 1)))
-    starts = range(0, nz - 1, layers)
+    nz, ny, nx = np.shape(values)
+    grid = _at_the_door(values, x, y, z, level)
     each = slabs or (lambda function, numbers: [function(n) for n in numbers])
-    simple()  # made once, before the threads
-    return _joined(each(lambda first: _slab(lattice, float(level), first, min(first + layers, nz - 1)), starts))
+    starts, table = range(0, nz - 1, LAYERS_A_SLAB), tables()
+    found = each(lambda k: _find(grid, table, float(level), k, min(k + LAYERS_A_SLAB, nz - 1)), starts)
+    base, sizes = _bases(np.concatenate([part.counts for part in found]))
+    if sizes[0] > MOST_POINTS:
+        raise ValueError(f"the surface has {sizes[0]} points, more than {MOST_POINTS}: draw a part of the grid at a time")
+    points, triangles = np.empty((sizes[0], 3)), np.empty((sizes[1], 3), np.int64)
+    each(lambda k: _write(grid, table, float(level), k, base, found, points, triangles), starts)
+    special = sum(len(part.joined) for part in found)
+    return Surface(points, triangles, sum(part.tunnels for part in found), special, (nz, ny, nx), tuple(found))
 
 
-def _at_the_door(values: Floats, x: Floats, y: Floats, z: Floats, level: float) -> Lattice:
+def _at_the_door(values: Floats, x: Floats, y: Floats, z: Floats, level: float) -> Grid:
     values, x, y, z = (np.ascontiguousarray(array, np.float64).view() for array in (values, x, y, z))
     if values.shape != (z.size, y.size, x.size):
         raise ValueError(f"values of shape {values.shape} do not fit {z.size} x {y.size} x {x.size} coordinates")
@@ -111,69 +156,79 @@ def _at_the_door(values: Floats, x: Floats, y: Floats, z: Floats, level: float) 
             raise ValueError(f"the {name} coordinates must ascend strictly")
     if not math.isfinite(level):
         raise ValueError(f"the level must be a finite number, not {level}")
+    values = values.reshape(-1)
     for array in (values, x, y, z):
         array.flags.writeable = False  # one signature for arrays that may and may not be written
-    return Lattice(values, x, y, z)
+    return Grid(values, x, y, z)
 
 
-def _slab(lattice: Lattice, level: float, first: int, last: int) -> _Part:
-    """The surface in layers first to last - 1, its vertices numbered from 0."""
-    _, ny, nx = lattice.values.shape
-    table = simple()
+def _find(grid: Grid, table: Tables, level: float, first: int, last: int) -> Found:
+    """The first pass over layers first to last - 1."""
+    nx, ny = len(grid.x), len(grid.y)
+    cells = (last - first) * (ny - 1) * (nx - 1)
+    plane = np.zeros(3 * ny * 8 * words(nx), np.uint8)
     # memory that is never touched costs nothing
-    active = np.empty((last - first) * (ny - 1) * (nx - 1) + 1, np.int64)
-    found, crossings = find(lattice.values, level, first, last, active, np.ascontiguousarray(table["crossings"]))
-    inner = 8 * found
-    slab = Slab(
-        np.empty((2 * crossings + inner, 3)), np.empty((2 * crossings + 12 * found, 3), np.int64),
-        np.empty(2 * crossings + 12 * found, np.int64), np.full((3, ny, nx, 5), -1, np.int32),
-        np.empty((2 * crossings, 2), np.int64), np.zeros(8, np.int64),
+    active, special = np.empty(cells, np.int64), np.empty(cells, np.int64)
+    rows, counts = np.empty((last - first) * (ny - 1) + 1, np.int64), np.zeros((last - first, 4), np.int64)
+    n = find(
+        grid.values, nx, ny, level, first, last, plane, plane.view(np.uint64), active, rows, special, counts.reshape(-1),
+        table.used, table.shared, table.open, table.ones, table.sides,
     )  # fmt: skip
-    write(lattice, level, first, active[:found], table, new_cell(), slab)
-    points, triangles, below, _, floor, tunnels, special = (int(n) for n in slab.state[:7])
-    top = slab.ids[last & 1]
-    reached = found > 0 and int(active[found - 1] >> 8) // ((ny - 1) * (nx - 1)) == last - first - 1
-    top = np.where(top >= floor, top, -1) if reached else np.full_like(top, -1)
-    bottom = slab.bottom[:below].copy()
-    early = int(bottom[-1, 1]) + 1 if below else 0
-    return _Part(
-        slab.point[:points], slab.triangle[:triangles], slab.origin[:triangles], bottom, top, early, tunnels, special
-    )
+    strange = int(counts[:, SPECIAL].sum())
+    nodes, joined, patch_count = special[:strange], np.empty(strange, np.int64), np.empty((strange, 2), np.int64)
+    inner, patch, tunnels = np.empty(24 * strange), np.empty(144 * strange, np.uint8), np.zeros(1, np.int64)
+    if strange:
+        patches(
+            grid.values, nx, ny, level, nodes, new_cell(), *all_polygons(), joined, patch_count.reshape(-1), inner, patch,
+            tunnels,
+        )  # fmt: skip
+        layer = nodes // (nx * ny) - first
+        np.add.at(counts[:, REST], layer, patch_count[:, 0])
+        np.add.at(counts[:, TRIANGLES], layer, patch_count[:, 1])
+    return Found(active[:n], rows, counts, joined, patch_count.reshape(-1), inner, patch, int(tunnels[0]))
 
 
-def _joined(parts: list[_Part]) -> Surface:
-    """The slabs as one: vertices of a plane between two slabs are those of the lower one."""
-    offset, shift = 0, 0
-    points, triangles = [], []
-    below = np.zeros(0, np.int64)
-    for number, part in enumerate(parts):
-        keep = np.ones(part.early, bool)
-        found = np.full(part.early, -1, np.int64)
-        if number and len(part.bottom):
-            found[part.bottom[:, 1]] = below[part.bottom[:, 0]]
-            keep = found < 0
-        shift = offset - int(part.early - keep.sum())  # from number in the slab to number in all, after the early ones
-        found[keep] = offset + np.arange(int(keep.sum()))
-        triangles.append(_renumbered(part.triangle, found, shift))
-        points += [part.point[: part.early][keep], part.point[part.early :]]
-        top = part.top.ravel()
-        below = np.where(top >= 0, _renumbered(np.maximum(top, 0).astype(np.int64), found, shift), -1)
-        offset += len(part.point) - int(part.early - keep.sum())
-    return Surface(
-        np.concatenate(points) if points else np.zeros((0, 3)),
-        np.concatenate(triangles),
-        np.concatenate([part.origin for part in parts]),
-        sum(part.tunnels for part in parts),
-        sum(part.special for part in parts),
-    )
+def _bases(counts: Integers) -> tuple[Integers, tuple[int, int]]:
+    """(layers, 3): the first vertex in each layer's upper plane, its first other one, its first triangle; and the totals."""
+    points = np.concatenate([[0], np.cumsum(counts[:, [TOP, REST]].ravel())])
+    triangles = np.concatenate([[0], np.cumsum(counts[:, TRIANGLES])])
+    base = np.column_stack([points[:-1].reshape(-1, 2), triangles[:-1]])
+    return np.ascontiguousarray(base), (int(points[-1]), int(triangles[-1]))
 
 
-def _renumbered(ids: Integers, early: Integers, shift: int) -> Integers:
-    moved = ids + shift
-    if len(early):
-        first = ids < len(early)
-        moved[first] = early[ids[first]]
-    return moved
+def _write(
+    grid: Grid, table: Tables, level: float, first: int, base: Integers, found: list[Found], points: Floats, triangles: Integers
+) -> None:
+    """The second pass over a slab."""
+    number = first // LAYERS_A_SLAB
+    part, before = found[number], found[number - 1] if number else found[0]
+    nx, ny, layers = len(grid.x), len(grid.y), len(part.counts)
+    below = before.rows[-ny:]
+    failed = np.empty(2 * len(part.active) + 2, np.int64)
+    failed[0] = 0
+    ids = np.empty(4 * (2 * ny + 3) * nx, np.int32)
+    bases = np.concatenate([base[first - 1 : first] if first else np.zeros((1, 3), np.int64), base[first : first + layers]])
+    write(
+        grid.values, level, grid.x, grid.y, grid.z, first, first + layers, bases.reshape(-1), before.active, below,
+        part.active, part.rows, part.joined, part.patch_count, part.inner, part.patch, table.lowest, table.sides,
+        table.around, table.turned, table.axes, table.start, table.face, ids, failed, points, triangles,
+    )  # fmt: skip
+    if failed[0]:
+        _mend(grid, level, failed[2 : 2 * failed[0] + 2].reshape(-1, 2), points)
+
+
+def _mend(grid: Grid, level: float, failed: Integers, points: Floats) -> None:
+    """The inner points that the fast search did not find, in the careful way."""
+    nx, ny, n = len(grid.x), len(grid.y), len(failed)
+    nodes, counts, inner = np.ascontiguousarray(failed[:, 1]), np.empty(2 * n, np.int64), np.empty(24 * n)
+    patches(
+        grid.values, nx, ny, level, nodes, new_cell(), *all_polygons(), np.empty(n, np.int64), counts, inner,
+        np.empty(144 * n, np.uint8), np.zeros(1, np.int64),
+    )  # fmt: skip
+    at = inner[: 3 * n].reshape(n, 3)
+    for axis, (coordinates, step) in enumerate(((grid.x, 1), (grid.y, nx), (grid.z, nx * ny))):
+        i = nodes // step % len(coordinates)
+        points[failed[:, 0], axis] = (1.0 - at[:, axis]) * coordinates[i] + at[:, axis] * coordinates[i + 1]
 
 
 def warm() -> None:

@@ -13,7 +13,7 @@ Source: Lopes 1999, sections 4.1 and 4.2.1 (topological polygons).
 
 import functools
 from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,8 @@ from modules.kernels._jit import jit
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+Bytes = npt.NDArray[np.uint8]
+Masks = npt.NDArray[np.int32]
 
 INNER = 24
 """The first inner point among the vertices of a cell."""
@@ -55,19 +57,8 @@ CELL = np.dtype(
 Cell = Any
 """A record of `CELL`."""
 
-SIMPLE = np.dtype(
-    [
-        ("length", np.int64),  # of the one polygon; 0: no polygon; -1: the cell needs more thought
-        ("around", np.int64, (12,)),  # its vertices
-        ("arc", np.int64, (6, 2)),  # the edges of its arcs
-        ("side", np.int64, (2,)),  # the faces between which its bi-shoulder point is sought
-        ("first", np.int64, (2,)),  # the edges of the arc on the second of them
-        ("alone", np.int64),  # -1, for the cell has no other polygon
-        ("crossings", np.int64),
-    ],
-    align=True,
-)
-"""A code with one polygon and no ambiguous face: no loop-back face and no tunnel."""
+int64: Any = np.int64
+"""For a number whose type would else depend on the call: a kernel is compiled once more for each literal."""
 
 
 def new_cell() -> Cell:
@@ -117,27 +108,16 @@ EDGE_ENDS = _edge_ends()
 FACE_CORNERS, FACE_EDGES = _around_faces()
 
 
-@jit
 def around_face(code: int, face: int) -> int:
     """Bit i set where the face's corner i is above."""
-    around = 0
-    for i in range(4):
-        around |= ((code >> FACE_CORNERS[face, i]) & 1) << i
-    return around
+    return sum(((code >> int(corner)) & 1) << i for i, corner in enumerate(FACE_CORNERS[face]))
 
 
-@jit
 def ambiguous_faces(code: int) -> int:
     """A bit for each face whose corners are above and below by turns."""
-    faces = 0
-    for face in range(6):
-        around = around_face(code, face)
-        if around == 5 or around == 10:
-            faces |= 1 << face
-    return faces
+    return sum(1 << face for face in range(6) if around_face(code, face) in (5, 10))
 
 
-@jit
 def polygons(code: int, joined: int, cell: Cell) -> int:
     """The closed polygons around the cell, the side above on the right as seen from outside; their number.
 
@@ -147,58 +127,89 @@ def polygons(code: int, joined: int, cell: Cell) -> int:
     joined : bits of the ambiguous faces whose corners 0 and 2 are joined
     cell : gets loop, face, slot, start and arc
     """
-    after = np.full((12, 3), -1, np.int64)  # of each edge: the next one, face, slot
+    after: dict[int, tuple[int, int, int]] = {}  # of each edge: the next one, face, slot
     for face in range(6):
-        _arcs(after, face, around_face(code, face), (joined >> face) & 1)
-    cell.arc[:] = -1
+        for slot, (i, j) in enumerate(_arcs(around_face(code, face), (joined >> face) & 1)):
+            edge, following = _directed(face, i, j, around_face(code, face))
+            after[edge] = following, face, slot
+    cell["arc"] = -1
     found, n = 0, 0
     for first in range(12):
         edge = first
-        cell.start[found] = n
-        while after[edge, 0] >= 0:
-            cell.loop[n], cell.face[n], cell.slot[n] = edge, after[edge, 1], after[edge, 2]
-            arc = cell.arc[cell.face[n], cell.slot[n]]
-            arc[0], arc[1], arc[2] = edge, after[edge, 0], found
-            n += 1
-            following = after[edge, 0]
-            after[edge, 0] = -1
-            edge = following
-        if n > cell.start[found]:
+        cell["start"][found] = n
+        while edge in after:
+            following, face, slot = after.pop(edge)
+            cell["loop"][n], cell["face"][n], cell["slot"][n] = edge, face, slot
+            cell["arc"][face, slot] = edge, following, found
+            n, edge = n + 1, following
+        if n > cell["start"][found]:
             found += 1
-    cell.start[found] = n
+    cell["start"][found] = n
     return found
 
 
-@jit
-def _arcs(after: Integers, face: int, around: int, joined: int) -> None:
-    """The one or two arcs on a face."""
-    if around == 5 or around == 10:
-        if joined:
-            _direct(after, face, 0, 1, 0, around)
-            _direct(after, face, 2, 3, 1, around)
-        else:
-            _direct(after, face, 3, 0, 0, around)
-            _direct(after, face, 1, 2, 1, around)
-        return
-    first, second = -1, -1
-    for i in range(4):
-        if ((around >> i) ^ (around >> ((i + 1) % 4))) & 1:
-            if first < 0:
-                first = i
-            else:
-                second = i
-    if first >= 0:
-        _direct(after, face, first, second, 0, around)
+def _arcs(around: int, joined: int) -> list[tuple[int, int]]:
+    """The edges, numbered around a face, between which its arcs run."""
+    if around in (5, 10):
+        return [(0, 1), (2, 3)] if joined else [(3, 0), (1, 2)]
+    cut = [i for i in range(4) if ((around >> i) ^ (around >> ((i + 1) % 4))) & 1]
+    return [(cut[0], cut[1])] if cut else []
 
 
-@jit
-def _direct(after: Integers, face: int, i: int, j: int, slot: int, around: int) -> None:
-    """The arc between the face's edges i and j, directed; going from i to j, corner i + 1 is on the right."""
+def _directed(face: int, i: int, j: int, around: int) -> tuple[int, int]:
+    """The edges of an arc as the polygon runs; going from i to j, corner i + 1 is on the right."""
     outward = (face % 2 == 1) == (face // 2 != 1)  # the face runs counter-clockwise as seen from outside
     if (((around >> ((i + 1) % 4)) & 1) == 1) != outward:
         i, j = j, i
-    edge = FACE_EDGES[face, i]
-    after[edge, 0], after[edge, 1], after[edge, 2] = FACE_EDGES[face, j], face, slot
+    return int(FACE_EDGES[face, i]), int(FACE_EDGES[face, j])
+
+
+class Polygons(NamedTuple):
+    """The polygons of all codes.
+
+    Attributes
+    ----------
+    row : (256 * 64,) where those of a code and bits of its joined faces are
+    shape : (n, 79) their number; loop, face, slot, start and arc as in `CELL`
+    ambiguous : (256,) a bit for each ambiguous face
+    """
+
+    row: npt.NDArray[np.int16]
+    shape: npt.NDArray[np.int8]
+    ambiguous: Bytes
+
+
+@functools.cache
+def all_polygons() -> Polygons:
+    """The polygons of all codes, by `polygons`."""
+    cell, rows = new_cell(), np.zeros(256 * 64, np.int16)
+    shapes, ambiguous = [np.zeros(79, np.int8)], np.array([ambiguous_faces(code) for code in range(256)], np.uint8)
+    for code in range(1, 255):
+        faces = int(ambiguous[code])
+        joined = faces
+        while True:
+            found = polygons(code, joined, cell)
+            parts = [cell[name].ravel() for name in ("loop", "face", "slot", "start", "arc")]
+            rows[64 * code + joined] = len(shapes)
+            shapes.append(np.concatenate([[found], *parts]).astype(np.int8))
+            if not joined:
+                break
+            joined = (joined - 1) & faces
+    return Polygons(rows, np.array(shapes), ambiguous)
+
+
+@jit
+def take_polygons(cell: Cell, shape: npt.NDArray[np.int8]) -> int:
+    """Put a row of `Polygons.shape` into a cell; the number of polygons."""
+    for n in range(12):
+        cell.loop[n], cell.face[n], cell.slot[n] = shape[1 + n], shape[13 + n], shape[25 + n]
+    for n in range(6):
+        cell.start[n] = shape[37 + n]
+        for slot in range(2):
+            for m in range(3):
+                cell.arc[n, slot, m] = shape[43 + 6 * n + 3 * slot + m]
+    number: int = shape[0]
+    return number
 
 
 @jit
@@ -230,27 +241,6 @@ def shoulder_faces(cell: Cell, polygon: int) -> tuple[int, int]:
             if second < 0 and face // 2 != first // 2 and has[face] and (single or has[face ^ 1]):
                 second = face
     return first, second
-
-
-@functools.cache
-def simple() -> npt.NDArray[np.void]:
-    """(256,) records of `SIMPLE`, made from `polygons`."""
-    cell = new_cell()
-    table = np.zeros(256, SIMPLE)
-    table["alone"] = -1
-    for code in range(1, 255):
-        found, row = polygons(code, 0, cell), table[code]
-        row["crossings"], row["length"] = cell["start"][found], -1
-        if found == 1 and not ambiguous_faces(code):
-            n = int(cell["start"][1])
-            row["length"] = n
-            for i in range(n):
-                face = int(cell["face"][i])
-                row["around"][2 * i : 2 * i + 2] = cell["loop"][i], 12 + 2 * face
-                row["arc"][i] = cell["arc"][face, 0, :2]
-            row["side"] = shoulder_faces(cell, 0)
-            row["first"] = cell["arc"][row["side"][1], 0, :2]
-    return table
 
 
 def warm() -> None:

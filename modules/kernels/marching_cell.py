@@ -6,23 +6,37 @@ each polygon of a tunnel.
 
 from importlib import import_module
 
+import numpy as np
+import numpy.typing as npt
+
 from modules.kernels._jit import jit
 from modules.kernels.bilinear import determinant
-from modules.kernels.marching_cases import FACE_CORNERS, INNER, Cell, Floats, ambiguous_faces, bent_back, polygons
+from modules.kernels.marching_cases import (
+    FACE_CORNERS,
+    INNER,
+    Bytes,
+    Cell,
+    Floats,
+    Integers,
+    bent_back,
+    int64,
+    take_polygons,
+)
 from modules.kernels.marching_inner import inner_point
-from modules.kernels.marching_points import hexagon, inflections, place_crossing, place_shoulder
+from modules.kernels.marching_points import hexagon, inflections, keep_inside, place_crossing, place_shoulder
 from modules.kernels.marching_tunnels import fan, hexagon_patch, loop_back_patch
 
 
 @jit
-def joined_faces(corner: Floats, level: float, code: int) -> int:
+def joined_faces(corner: Floats, level: float, code: int, faces: int) -> int:
     """Bits of the ambiguous faces whose corners 0 and 2 are joined; a saddle on the level counts as above.
 
     Parameters
     ----------
     corner : (8,) values as they were given
+    faces : bits of the ambiguous faces
     """
-    joined, faces = 0, ambiguous_faces(code)
+    joined = 0
     for face in range(6):
         if (faces >> face) & 1:
             c0, c1, c2, c3 = FACE_CORNERS[face]
@@ -33,15 +47,8 @@ def joined_faces(corner: Floats, level: float, code: int) -> int:
 
 
 @jit
-def patch(cell: Cell, code: int, joined: int) -> int:
-    """The inner points and triangles of a cell whose `value` is given; bits of the polygons joined through it.
-
-    Parameters
-    ----------
-    code : bits of the corners above
-    joined : bits of the ambiguous faces whose corners 0 and 2 are joined
-    """
-    number = polygons(code, joined, cell)
+def patch(cell: Cell, number: int) -> int:
+    """The inner points and triangles of a cell of known values and polygons; bits of the polygons joined through it."""
     for polygon in range(number):
         for k in range(cell.start[polygon], cell.start[polygon + 1]):
             edge, face, slot = cell.loop[k], cell.face[k], cell.slot[k]
@@ -62,6 +69,44 @@ def patch(cell: Cell, code: int, joined: int) -> int:
         cell.count[0] += 1
         fan(cell, polygon, size, centre)
     return met
+
+
+@jit
+def patches(
+    values: Floats, nx: int, ny: int, level: float, nodes: Integers, cell: Cell,
+    row: npt.NDArray[np.int16], shape: npt.NDArray[np.int8], ambiguous: Bytes, joined: Integers, counts: Integers,
+    inner: Floats, triangle: Bytes, tunnels: Integers,
+) -> None:
+    """The patches of some cells, each known by its first node.
+
+    Parameters
+    ----------
+    row, shape, ambiguous : of `all_polygons`
+    joined : (n,) gets the bits of the ambiguous faces whose corners 0 and 2 are joined
+    counts : (n, 2) gets the number of inner points and of triangles
+    inner, triangle : get the places of the inner points and the vertices of the triangles, cell after cell
+    tunnels : its item is raised for each tunnel
+    """
+    corner, points, corners = np.empty(8), 0, 0
+    for n in range(len(nodes)):
+        code = int64(0)
+        for c in range(8):
+            corner[c] = values[nodes[n] + ((c & 1) * ny + ((c >> 1) & 1)) * nx + (c >> 2)]
+            cell.value[c] = corner[c] - level
+            code |= (corner[c] >= level) << c
+        joined[n] = joined_faces(corner, level, code, int64(ambiguous[code]))
+        met = patch(cell, take_polygons(cell, shape[row[64 * code + joined[n]]]))
+        tunnels[0] += met != 0 and cell.count[1] > 0 and (met & (met - 1)) != 0
+        counts[2 * n], counts[2 * n + 1] = cell.count[0], cell.count[1]
+        for m in range(cell.count[0]):
+            keep_inside(cell.at[INNER + m])
+            for axis in range(3):
+                inner[points] = cell.at[INNER + m, axis]
+                points += 1
+        for m in range(cell.count[1]):
+            for c in range(3):
+                triangle[corners] = cell.triangle[m, c]
+                corners += 1
 
 
 def warm() -> None:

@@ -9,13 +9,23 @@ Source: multi-affine polynomials reach their extremes at corners; Farin 1986 (Be
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from modules.kernels._jit import jit
 from modules.kernels.marching_cases import Floats, Integers
-from modules.kernels.marching_sweep import Lattice
+
+
+class Lattice(NamedTuple):
+    """The samples: (nz, ny, nx) values and the coordinates along each axis."""
+
+    values: Floats
+    x: Floats
+    y: Floats
+    z: Floats
+
 
 SPLITS = 3
 """A triangle that cannot be proven as a whole is cut in 4 and 16."""

@@ -12,10 +12,11 @@ from importlib import import_module
 import numpy as np
 
 from modules.kernels._jit import jit
-from modules.kernels.marching_cases import INNER, Cell, Floats, Integers
+from modules.kernels.marching_cases import INNER, Cell, Floats, Integers, int64
 from modules.kernels.marching_inner import slot_of
 from modules.kernels.marching_points import HEXAGON
 
+SIX, TWELVE, FIRST_INNER = int64(6), int64(12), int64(INNER)
 SAME = 1e-6
 """Of the cell: points that agree so far in two coordinates lie on one straight line of the surface."""
 
@@ -46,12 +47,14 @@ def hexagon_lines(cell: Cell) -> None:
             axis += 1
         rising = cell.hexagon[k, axis] < cell.hexagon[after, axis]
         low, high = (k, after) if rising else (after, k)
-        _end_line(cell, 2 * k, low, cell.hexagon[k], axis, 0)
-        _end_line(cell, 2 * k + 1, high, cell.hexagon[k], axis, 1)
+        _end_line(cell, 2 * k, low, cell.hexagon[k], axis)
+        _end_line(cell, 2 * k + 1, high, cell.hexagon[k], axis + 3)
 
 
 @jit
-def _end_line(cell: Cell, n: int, point: int, through: Floats, axis: int, side: int) -> None:
+def _end_line(cell: Cell, n: int, point: int, through: Floats, way: int) -> None:
+    """The end of a line through a point, on a face: the low ones of the axes come first."""
+    axis, side = way % 3, way // 3
     cell.ray_at[n] = through
     cell.ray_at[n, axis] = side
     cell.ray[n, 0], cell.ray[n, 1] = point, 2 * axis + side
@@ -152,8 +155,8 @@ def hexagon_patch(cell: Cell, polygons: int) -> int:
     for polygon in range(polygons):
         if (met >> polygon) & 1:
             size = cell.start[polygon + 1] - cell.start[polygon]
-            assign_hexagon(cell, order_around(cell, polygon, size, 12))
-            turns = zip_ring(cell, polygon, size, INNER, 6)
+            assign_hexagon(cell, order_around(cell, polygon, size, TWELVE))
+            turns = zip_ring(cell, polygon, size, FIRST_INNER, SIX)
             number, total, turned = number + 1, total + turns, turned + abs(turns)
     if not ((number == 1 and turned == 6) or (number == 2 and turned == 12 and total == 0)):
         cell.count[1] = 0
@@ -163,7 +166,7 @@ def hexagon_patch(cell: Cell, polygons: int) -> int:
         for n in range(3):
             corner = INNER + 2 * n * s % 6
             add_triangle(cell, corner, INNER + (2 * n + 1) * s % 6, INNER + (2 * n + 2) * s % 6)
-        add_triangle(cell, INNER, INNER + 2 * s % 6, INNER + 4 * s % 6)
+        add_triangle(cell, FIRST_INNER, INNER + 2 * s % 6, INNER + 4 * s % 6)
     for n in range(6):
         cell.at[INNER + n] = cell.hexagon[n]
     cell.count[0] = 6
@@ -214,7 +217,7 @@ def fan(cell: Cell, polygon: int, size: int, centre: int) -> None:
 @jit
 def _chain_lines(cell: Cell, polygon: int, chain: Floats, kind: Integers, points: int) -> int:
     """The ends, on arcs of the polygon, of the lines through the points of a chain; -1 if some point has none."""
-    lines, seen = 0, 0
+    lines, seen = int64(0), 0
     for n in range(points):
         for axis in range(3):
             if axis == kind[n]:
@@ -228,11 +231,12 @@ def _chain_lines(cell: Cell, polygon: int, chain: Floats, kind: Integers, points
                     if same and (chain[m, axis] > chain[n, axis]) == (side == 1):
                         free = False  # this way lies a neighbour, not a face
                 if free and lines < 12:
-                    _end_line(cell, lines, n, chain[n], axis, side)
+                    _end_line(cell, lines, n, chain[n], axis + 3 * side)
                     if owner(cell, lines) == polygon:
                         lines += 1
                         seen |= 1 << n
-    return lines if seen == (1 << points) - 1 else -1
+    result: int = lines if seen == (1 << points) - 1 else -1
+    return result
 
 
 @jit

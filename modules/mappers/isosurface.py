@@ -75,7 +75,10 @@ def isosurface(
     if not np.isfinite(chosen):
         raise ValueError(f"the level must be a number, not {chosen}")
     if method == "accurate":
-        drawn = kernels.marching.surface(values, *axes, chosen, slabs=progress.map)
+        passes = iter((progress.part(0.0, 0.2), progress.part(0.2, 0.8)))
+        drawn = kernels.marching.surface(
+            values, *axes, chosen, slabs=lambda function, numbers: next(passes).map(function, numbers)
+        )
         points, triangles, cell = drawn.points, drawn.triangles, drawn.cell
     else:
         points, triangles, cell = draw(method, values, axes, chosen, cuts, progress)
