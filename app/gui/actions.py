@@ -116,6 +116,8 @@ ACTIONS: Final = (
     Action("theme_system", "Theme of the system", "Window", check=True),
     Action("theme_light", "Light", "Window", check=True),
     Action("theme_dark", "Dark", "Window", check=True),
+    Action("float_panel", "Panel in a window of its own", "Window", "Ctrl+Alt+P", need="selection", apart=True,
+           tip="It stays with its module whatever is chosen"),
     Action("start_page", "Start page", "Window", apart=True),
     Action("palette", "Find an action…", "Help", "Ctrl+K", icon="search"),
     Action("help", "Help on the module", "Help", "F1", icon="help", need="selection"),

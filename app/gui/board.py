@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QGraphicsScene
 
 from app.commands.budget import reach
 from app.engine.network import Network, Node, Origin, Socket
-from app.gui import badges, bends, edits, layout
+from app.gui import badges, bends, edits, layout, minis
 from app.gui.glyphs import Look
 from app.gui.items import REACH, NodeItem, Plug
 from app.gui.marks import MarkItem
@@ -84,6 +84,7 @@ class Board(QGraphicsScene):
                 item.set_node(node, record)
                 item.setPos(self.place(node))
                 item.set_state(self.session.state(name), self.session.facts(name))
+                self._know(item)
         return touched
 
     def _place(self, network: Network, lost: list[str]) -> layout.Places:
@@ -96,6 +97,7 @@ class Board(QGraphicsScene):
         record, state = self.session.catalogue.get(node.module), self.session.state(node.id)
         item = NodeItem(node, record, self.look, state, self.session.facts(node.id))
         item.chosen = node.id in self.session.selection
+        self._know(item)
         item.setPos(self.place(node))
         self.nodes[node.id] = item
         self.addItem(item)
@@ -202,6 +204,14 @@ class Board(QGraphicsScene):
         self.refresh(node)
         if node in self.nodes:
             self.tell(node)
+            for below in self.shown.graph.successors(node):
+                if below in self.nodes:
+                    self._know(self.nodes[below])
+
+    def _know(self, item: NodeItem) -> None:
+        """Tell a node with mini controls what is known of its inputs."""
+        if minis.pins(item.node):
+            item.set_known(self.session.input_facts(item.node.id))
 
     def tell(self, source: str) -> None:
         """Say on the wires of a node what is known."""

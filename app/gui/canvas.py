@@ -53,12 +53,14 @@ class Canvas(QGraphicsView):
     -------
     wireSelected : (node, output) of the wire that was clicked; ("", "") for none
     helpRequested : id of a module
+    panelRequested : node whose panel is wanted in a window of its own
     zoomChanged : the scale, 1 for 100 %
     said : a sentence for the status bar
     """
 
     wireSelected = Signal(str, str)
     helpRequested = Signal(str)
+    panelRequested = Signal(str)
     zoomChanged = Signal(float)
     said = Signal(str)
 

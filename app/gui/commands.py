@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
 from app import __version__
 from app.engine.errors import NoniusError
-from app.gui import dropping, pictures, style
+from app.gui import dropping, folders, panel_window, pictures, style
 from app.gui.view_commands import ViewCommands
 from app.gui.places_page import Places
 
@@ -55,7 +55,7 @@ class Commands(ViewCommands):
 
     def open(self) -> None:
         """Ask for a file and open it."""
-        chosen, _ = QFileDialog.getOpenFileName(self.window, "Open a network or a picture", self._folder(), NETWORKS)
+        chosen, _ = QFileDialog.getOpenFileName(self.window, "Open a network or a picture", self._folder("networks"), NETWORKS)
         if chosen:
             self.open_path(chosen)
 
@@ -67,7 +67,7 @@ class Commands(ViewCommands):
 
     def open_data(self) -> None:
         """Ask for data and draw them."""
-        chosen, _ = QFileDialog.getOpenFileName(self.window, "Open data", self._folder())
+        chosen, _ = QFileDialog.getOpenFileName(self.window, "Open data", self._folder("data"))
         if chosen:
             self.add_data([Path(chosen)])
 
@@ -84,7 +84,7 @@ class Commands(ViewCommands):
 
     def save_as(self) -> bool:
         """Ask where, and save."""
-        start = str(self.session.path or Path(self._folder()) / "network.json")
+        start = str(self.session.path or Path(self._folder("networks")) / "network.json")
         chosen, _ = QFileDialog.getSaveFileName(self.window, "Save the network", start, "Networks (*.json)")
         if not chosen:
             return False
@@ -106,7 +106,7 @@ class Commands(ViewCommands):
             self.session.message.emit("warning", "The picture is of before the last edit: save it when the network has run")
             return
         stem = self.session.path.stem if self.session.path else "picture"
-        start = str(Path(self._folder()) / f"{stem}-{wanted}.png")
+        start = str(Path(self._folder("pictures")) / f"{stem}-{wanted}.png")
         chosen, _ = QFileDialog.getSaveFileName(self.window, "Save the picture", start, "Pictures (*.png)")
         if chosen:
             self.write_picture(wanted, Path(chosen).with_suffix(".png"))
@@ -155,8 +155,8 @@ class Commands(ViewCommands):
             self.settings.setValue("recent", kept)
             self.window.fill_recent()
 
-    def _folder(self) -> str:
-        return str(self.session.path.parent if self.session.path else Path.home())
+    def _folder(self, kind: str) -> str:
+        return str(folders.start(kind, self.session.path))
 
     # --- edits
 
@@ -226,6 +226,11 @@ class Commands(ViewCommands):
         self.window.show_work()
         self.window.canvas.setFocus()
         self.window.canvas.quick_add()
+
+    def float_panel(self) -> None:
+        """The panel of the chosen node in a window of its own."""
+        for node in self.session.selection:
+            panel_window.show(self.window, node)
 
     def preferences(self) -> None:
         """Theme, threads, cache."""

@@ -55,6 +55,7 @@ def _node(menu: QMenu, canvas: Canvas, node: NodeItem) -> None:
     _add(menu, "Disable", lambda: session.disable(name), "Ctrl+E", ticked=node.node.disabled)
     _add(menu, "Bypass", lambda: hands.bypass(name), "Ctrl+Shift+E", on=here, ticked=bool(node.node.bypass))
     menu.addSeparator()
+    _add(menu, "Panel in a window", lambda: canvas.panelRequested.emit(name), "Ctrl+Alt+P")
     _add(menu, "Replace with…", lambda: canvas.replace(name), "Ctrl+R")
     _add(menu, "Rename", canvas.rename, "F2")
     _add(menu, "Cut", hands.cut, "Ctrl+X")

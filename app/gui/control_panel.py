@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QVBoxLay
 
 from app.engine.errors import NoniusError
 from app.engine.network import Node
-from app.gui import icons, style, summary
+from app.gui import icons, minis, style, summary
 from app.gui.glyphs import TYPES, Look, port
 from app.gui.parameter_row import ParameterRow
 from app.gui.run_section import RunSection
@@ -28,16 +28,24 @@ LEAST = 288
 
 
 class ControlPanel(QScrollArea):
-    """The docked panel. It follows the selection; edits are live while a slider is held."""
+    """The docked panel follows the selection, one with a node of its own stays with it; edits are live while a slider is held.
+
+    Signals
+    -------
+    helpAsked : id of a module
+    replaceAsked : node whose module is not here
+    gone : the panel's own node is no longer there
+    """
 
     helpAsked = Signal(str)
     replaceAsked = Signal(str)
+    gone = Signal()
 
-    def __init__(self, session: Session, parent: QWidget | None = None) -> None:
+    def __init__(self, session: Session, parent: QWidget | None = None, node: str = "") -> None:
         super().__init__(parent)
         self.session = session
-        self.node = ""
-        self._module = ""
+        self.node = self.own = node
+        self._module = session.network[node].module if node else ""
         self.rows: dict[str, ParameterRow] = {}
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -56,7 +64,10 @@ class ControlPanel(QScrollArea):
 
     def _chosen(self) -> None:
         nodes = self.session.network.nodes
-        node = next((n for n in self.session.selection if n in nodes), "")
+        if self.own and self.own not in nodes:
+            self.gone.emit()
+            return
+        node = self.own or next((n for n in self.session.selection if n in nodes), "")
         module = nodes[node].module if node else ""
         if (node, module) != (self.node, self._module):
             self.node, self._module = node, module
@@ -150,6 +161,8 @@ class ControlPanel(QScrollArea):
                 row.changed.connect(partial(self._set, parameter.name))
                 row.resetAsked.connect(partial(self._reset, parameter.name))
                 row.endsChanged.connect(partial(self._ends, parameter.name))
+                row.powersChanged.connect(partial(self._powers, parameter.name))
+                row.pinAsked.connect(partial(self._pin, parameter.name))
                 self.rows[parameter.name] = row
                 inner.addWidget(row)
             inner.addWidget(line())
@@ -168,7 +181,7 @@ class ControlPanel(QScrollArea):
 
     def _edited(self) -> None:
         node = self.session.network.nodes.get(self.node)
-        if node is None:
+        if node is None or node.module != self._module:
             if self.node:
                 self._chosen()
             return
@@ -176,6 +189,7 @@ class ControlPanel(QScrollArea):
         for name, row in self.rows.items():
             row.show_value(node.parameters.get(name, row.parameter.default))
             row.show_wired(".".join(wired[name][0]) if name in wired else "")
+            row.pinned = name in minis.pins(node)
         if self._run is not None:
             self._run.refresh()
 
@@ -184,10 +198,8 @@ class ControlPanel(QScrollArea):
         if node is None or not self.rows:
             return
         facts = {**self.session.input_facts(self.node), **self.session.peeked(self.node)}
-        chosen: Any = node.view.get("ends", {})
         for name, row in self.rows.items():
-            ends = chosen.get(name) if isinstance(chosen, dict) else None
-            row.show_facts(facts, tuple(ends) if ends else None)
+            row.show_facts(facts, minis.ends(node, name), minis.powers(node, name))
 
     def _result(self, node: str) -> None:
         near = self.node in self.session.network.nodes and node in self.session.network.graph.predecessors(self.node)
@@ -229,6 +241,21 @@ class ControlPanel(QScrollArea):
             chosen[name] = list(ends)
         self.session.amend(network.look(self.node, ends=chosen or None))
         self._facts()
+
+    def _powers(self, name: str, on: bool | None) -> None:
+        network = self.session.network
+        held: Any = network[self.node].view.get("powers", {})
+        chosen = {n: p for n, p in (held.items() if isinstance(held, dict) else ()) if n != name}
+        if on is not None:
+            chosen[name] = on
+        self.session.amend(network.look(self.node, powers=chosen or None))
+        self._facts()
+
+    def _pin(self, name: str) -> None:
+        try:
+            self.session.edit(*minis.pinned(self.session.network, self.node, name))
+        except NoniusError as error:
+            self.session.message.emit("warning", str(error))
 
 
 class PortRow(QWidget):

@@ -11,7 +11,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QFontMetricsF, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from app.gui import glyphs, summary
+from app.gui import glyphs, minis, summary
 from app.gui.glyphs import Look, font
 
 if TYPE_CHECKING:
@@ -87,6 +87,7 @@ class NodeItem(QGraphicsItem):
         self.node, self.record, self.look, self.state, self.facts = node, record, look, state, facts
         self._first: str | None = None
         self._bounds = QRectF()
+        self.known: Mapping[str, Mapping[str, Any]] = {}
         self.wired: Mapping[str, int] = {}
         self.given: tuple[str, ...] = ()
         self.chosen = self.hovered = self.settings_shown = False
@@ -122,6 +123,13 @@ class NodeItem(QGraphicsItem):
         self.wired, self.given = wired, given
         self._measure()
         return self.plugs != before
+
+    def set_known(self, known: Mapping[str, Mapping[str, Any]]) -> None:
+        """Say what is known of the inputs: the ends of mini sliders hang on it."""
+        if known != self.known:
+            self.known = known
+            self._measure()
+            self.update()
 
     def show_settings(self, shown: bool) -> None:
         """Show the sockets of all parameters, or only of those that are wired."""
@@ -170,6 +178,10 @@ class NodeItem(QGraphicsItem):
                 best, found = far, plug
         return found
 
+    def mini_at(self, place: QPointF) -> minis.Mini | None:
+        """The control at a place of the canvas."""
+        return next((m for m in self.minis if m.rect.contains(place - self.pos())), None)
+
     def stop_rect(self) -> QRectF:
         """The state badge, on the canvas."""
         return QRectF(self.size[0] - 25, 4, 20, 20).translated(self.pos())
@@ -191,6 +203,8 @@ class NodeItem(QGraphicsItem):
         self.named = len(outputs) > 2
         if self.named:
             wide = max(wide, 128 + max(_wide(name) for name, _, _ in outputs))
+        if minis.pins(self.node):
+            wide = max(wide, minis.LEAST)
         self.width = min(WIDEST, WIDTH + 8 * max(0, -(-(wide - WIDTH) // 8)))
         inputs = self._inputs()
         pitch = PITCH_TWIN if any(twin for _, _, twin in outputs) else PITCH
@@ -204,7 +218,9 @@ class NodeItem(QGraphicsItem):
             low = max(low, y + (TWIN + 12 if twin else 16))
         self.plugs = tuple(plugs)
         self.sentence = QRectF()
-        height = max(PLAIN, 4 * -(-low // 4))
+        self.minis = minis.of(self.node, self.record, self.wired, self.known, self.width, 50)
+        self.below = minis.HEIGHT * len(self.minis)
+        height = max(PLAIN + self.below, 4 * -(-low // 4))
         if failed:
             height = max(height, self._failed_height())
         self.size = (self.width, height)
@@ -214,8 +230,9 @@ class NodeItem(QGraphicsItem):
         room = QRectF(0, 0, self.width - 28, 400)
         flags = Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft
         text = QFontMetricsF(font(11)).boundingRect(room, flags, self.state.sentence or "failed")
-        height = 4 * -(-(54 + text.height() + 12) // 4)
-        self.sentence = QRectF(0, 54, self.width, height - 54)
+        top = 54 + self.below
+        height = 4 * -(-(top + text.height() + 12) // 4)
+        self.sentence = QRectF(0, top, self.width, height - top)
         return float(height)
 
     def _inputs(self) -> list[tuple[str, str, int, bool]]:
@@ -342,7 +359,9 @@ class NodeItem(QGraphicsItem):
             painter.setPen(look["action" if self.kind == "running" else "text 3"])
             said = self.kind in ("missing", "disabled", "bypassed")
             text = summary.WAITS[self.kind] if said else summary.went(self.state, self.facts)
-            painter.drawText(QPointF(12, 66), metrics.elidedText(text, Qt.TextElideMode.ElideRight, wide))
+            painter.drawText(QPointF(12, 66 + self.below), metrics.elidedText(text, Qt.TextElideMode.ElideRight, wide))
+        for mini in self.minis:
+            minis.paint(painter, mini, look)
         if self.named:
             painter.setPen(look["text 3"])
             for plug in self.plugs:

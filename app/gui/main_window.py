@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.engine.errors import NoniusError
-from app.gui import dropping, style, toolbar
+from app.gui import dropping, panel_window, style, toolbar
 from app.gui.actions import ACTIONS, MENUS
 from app.gui.canvas import Canvas
 from app.gui.commands import Commands
@@ -166,6 +166,7 @@ class MainWindow(QMainWindow):
         self.pages.went.connect(self.canvas.show_node)
         self.canvas.wireSelected.connect(self.pages.show_wire)
         self.canvas.helpRequested.connect(self.show_help)
+        self.canvas.panelRequested.connect(partial(panel_window.show, self))
         self.canvas.said.connect(lambda words: self.status.say("info", words))
         self.panel.helpAsked.connect(self.show_help)
         self.panel.replaceAsked.connect(self.canvas.replace)

@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QMenu
 
-from app.gui import bends
+from app.gui import bends, minis
 from app.gui.edits import Held
 from app.gui.gestures import Band, Move, Pan, Resize
 from app.gui.glyphs import TYPES
@@ -19,8 +19,8 @@ from app.gui.wires import WireItem
 if TYPE_CHECKING:
     from app.gui.canvas import Canvas
 
-LOOKING = (Pan, Band)
-"""Gestures that an edit from elsewhere does not disturb."""
+LOOKING = (Pan, Band, minis.Slide)
+"""Gestures that an edit does not disturb: they look only, or make edits while they last."""
 LEFT, MIDDLE, RIGHT = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton, Qt.MouseButton.RightButton
 END = 28.0
 """Pixels at the end of a wire by which it is pulled off."""
@@ -81,6 +81,9 @@ def _on_node(canvas: Canvas, at: QPoint, place: QPointF, node: NodeItem, more: b
     elif name not in chosen:
         session.select([name])
     canvas.choose_wire(None)
+    if not more and (mini := node.mini_at(place)) is not None and canvas.zoom >= 0.6:
+        canvas.gesture = minis.press(canvas, node, mini, at)
+        return
     held = [canvas.board.nodes[n] for n in session.selection if n in canvas.board.nodes]
     if node in held:
         held.sort(key=lambda i: i is not node)
@@ -161,7 +164,10 @@ def double_click(canvas: Canvas, event: QMouseEvent) -> None:
     node = next(iter(canvas.board.near(place)), None)
     if node is not None:
         canvas.session.select([node.node.id])
-        canvas.rename()
+        if (mini := node.mini_at(place)) is None:
+            canvas.rename()
+        elif mini.slides:
+            minis.write(canvas, node, mini)
     elif mark := canvas.board.mark_at(place):
         canvas.write(mark)
     elif line := canvas.board.wire_at(place):

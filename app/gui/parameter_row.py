@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidget
 
-from app.gui import style
+from app.gui import minis, style
 from app.gui.widgets.choosing import field_of
 from app.gui.widgets.field import Facts, title
 from app.gui.widgets.parts import act
@@ -23,6 +23,8 @@ class ParameterRow(QWidget):
     changed = Signal(object, bool)
     resetAsked = Signal()
     endsChanged = Signal(object)
+    powersChanged = Signal(object)
+    pinAsked = Signal()
 
     def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -31,6 +33,7 @@ class ParameterRow(QWidget):
         self.field.changed.connect(self.changed)
         self.field.refused.connect(self.refuse)
         self.field.endsChanged.connect(self.endsChanged)
+        self.field.powersChanged.connect(self.powersChanged)
         self.label = style.labelled(title(parameter.name), "quiet")
         self.label.setFixedWidth(LABEL)
         self.label.setWordWrap(True)
@@ -46,6 +49,7 @@ class ParameterRow(QWidget):
         self.words = style.labelled("", "failed")
         self.words.setWordWrap(True)
         self.words.hide()
+        self.pinned = False
         self._last: Any = None
         self._build()
         self._tell()
@@ -89,9 +93,9 @@ class ParameterRow(QWidget):
             style.marked(self.words, "kind", "small")
             self.words.show()
 
-    def show_facts(self, facts: Facts, ends: tuple[float, float] | None) -> None:
+    def show_facts(self, facts: Facts, ends: tuple[float, float] | None, powers: bool | None = None) -> None:
         """What is known of the inputs."""
-        self.field.show_facts(facts, ends)
+        self.field.show_facts(facts, ends, powers)
 
     def refuse(self, sentence: str) -> None:
         """Say why a value was not taken; "" when all is well."""
@@ -133,6 +137,12 @@ class ParameterRow(QWidget):
         menu.addAction(act("Default", self.resetAsked.emit, self))
         menu.addAction(act("Copy value", self._copy, self))
         menu.addAction(act("Paste value", self._paste, self))
+        if minis.can(self.parameter):
+            pin = act("Show on the node", self.pinAsked.emit, self)
+            pin.setCheckable(True)
+            pin.setChecked(self.pinned)
+            menu.addSeparator()
+            menu.addAction(pin)
         menu.exec(event.globalPos())
 
     def _copy(self) -> None:

@@ -22,6 +22,7 @@ class Field(QWidget):
     changed = Signal(object, bool)
     refused = Signal(str)
     endsChanged = Signal(object)
+    powersChanged = Signal(object)
 
     def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -33,8 +34,8 @@ class Field(QWidget):
         """Show a value that came from elsewhere."""
         self.value = value
 
-    def show_facts(self, facts: Facts, ends: tuple[float, float] | None) -> None:
-        """What is known of the inputs, and the ends that the user chose for a slider."""
+    def show_facts(self, facts: Facts, ends: tuple[float, float] | None, powers: bool | None = None) -> None:
+        """What is known of the inputs, and what the user chose for a slider: its ends, and whether it moves in powers."""
 
     def give(self, value: Any, interim: bool = False) -> None:
         """The user gave a value; text is brought to the declared type."""

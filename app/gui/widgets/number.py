@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import re
 from typing import Any
 
 from PySide6.QtCore import QEvent, QObject, Qt
@@ -11,12 +11,10 @@ from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QLineEdit, QMenu, QSlid
 
 from app.draw import numbers
 from app.gui.widgets.field import Facts, Field, title
+from app.gui.widgets.scale import STEPS, Scale, scale_of
+from modules.data import units
 from modules.data.formula import Formula, FormulaError
 from modules.parameters import Parameter
-
-STEPS = 1000
-WHOLE = 200
-"""Whole numbers up to which a slider has one step each."""
 
 
 class NumberField(Field):
@@ -26,8 +24,8 @@ class NumberField(Field):
         super().__init__(parameter, parent)
         self.whole = parameter.type is int
         self.unit = parameter.range.unit if parameter.range else ""
-        self.log = bool(parameter.range and parameter.range.log)
-        self.ends: tuple[float, float] | None = None
+        self.scale: Scale | None = None
+        self._powers: bool | None = None
         self._facts: Facts = {}
         self._own: tuple[float, float] | None = None
         self._held = False
@@ -61,76 +59,43 @@ class NumberField(Field):
             self.text.setModified(False)
         self.text.setPlaceholderText("automatic" if value is None else "")
         self._measure()
-        if not self._held and self.ends is not None and value is not None:
+        if not self._held and self.scale is not None and value is not None:
             self.slider.blockSignals(True)
-            self.slider.setValue(self._place(float(value)))
+            self.slider.setValue(round(self.scale.share(float(value)) * self.slider.maximum()))
             self.slider.blockSignals(False)
 
-    def show_facts(self, facts: Facts, ends: tuple[float, float] | None) -> None:
-        """Ends of the slider from the inputs, or those that the user chose."""
-        self._facts, self._own = facts, ends
+    def show_facts(self, facts: Facts, ends: tuple[float, float] | None, powers: bool | None = None) -> None:
+        """Ends of the slider from the inputs, or those that the user chose; the unit of what it is compared with."""
+        self._facts, self._own, self._powers = facts, ends, powers
+        given = self.parameter.range
+        if given and given.of and not given.unit:
+            port, _, fact = given.of.partition(".")
+            self.unit = str(facts.get(port, {}).get("unit") or "") if fact == "range" else ""
         self.show_value(self.value)
 
     def _measure(self) -> None:
-        """The ends: the user's, else those declared, else some about the value."""
+        """The ends, as far as they are known."""
         if self._held:
             return
-        given = self.parameter.range
-        found = self._own or (given.ends(self._facts) if given else None) or self._about()
-        if found is not None and self.value is not None and self._own is None:
-            value = float(self.value)
-            if math.isfinite(value):
-                found = (min(found[0], value), max(found[1], value))
-        self.ends = found if found is not None and found[0] < found[1] else None
-        if self.log and self.ends is not None and self.ends[0] <= 0:
-            self.ends = (self.ends[1] * 1e-6, self.ends[1])
-        self.slider.setVisible(self.ends is not None)
+        number = None if self.value is None else float(self.value)
+        self.scale = scale_of(self.parameter, number, self._facts, self._own, self._powers)
+        self.slider.setVisible(self.scale is not None)
         self.slider.setEnabled(self.value is not None)
-        span = self.ends[1] - self.ends[0] if self.ends else 0.0
-        self.slider.setMaximum(int(span) if self.whole and not self.log and 0 < span <= WHOLE else STEPS)
-        if self.ends:
-            low, high = (self._words(e) for e in self.ends)
-            scale = ", in powers" if self.log else ""
-            self.slider.setToolTip(f"{low} to {high}{scale}\nRight-click to set other ends")
+        if self.scale is not None:
+            self.slider.setMaximum(self.scale.steps)
+            low, high = self._words(self.scale.low), self._words(self.scale.high)
+            powers = ", in powers" if self.scale.log else ""
+            self.slider.setToolTip(f"{low} to {high}{powers}\nRight-click to set other ends")
 
-    def _about(self) -> tuple[float, float] | None:
-        if self.value is None or not math.isfinite(self.value) or self.value == 0:
-            return None
-        value = float(self.value)
-        given = self.parameter.range
-        low = given.low if given and given.low else value / 5
-        high = given.high if given and given.high is not None else value * 5
-        if self.whole:
-            low, high = math.floor(low), math.ceil(high)
-        return (min(low, high), max(low, high))
-
-    # --- between slider and number
-
-    def _place(self, value: float) -> int:
-        assert self.ends is not None
-        low, high = self.ends
-        if self.log:
-            share = math.log(max(value, low) / low) / math.log(high / low)
-        else:
-            share = (value - low) / (high - low)
-        return round(min(1.0, max(0.0, share)) * self.slider.maximum())
-
-    def _number(self, place: int) -> float:
-        assert self.ends is not None
-        low, high = self.ends
-        share = place / self.slider.maximum()
-        value = low * (high / low) ** share if self.log else low + share * (high - low)
-        if self.whole:
-            return float(round(value))
-        if place in (0, self.slider.maximum()):
-            return (low, high)[place > 0]
-        digits = 3 if self.log else max(0, 3 - math.floor(math.log10(high - low)))
-        return float(f"{value:.{digits}g}") if self.log else round(value, digits)
+    @property
+    def ends(self) -> tuple[float, float] | None:
+        """Of the slider."""
+        return None if self.scale is None else (self.scale.low, self.scale.high)
 
     def _slid(self, place: int) -> None:
-        if self.ends is None:
+        if self.scale is None:
             return
-        number = self._number(place)
+        number = self.scale.number(place / self.slider.maximum())
         self.text.setText(self._words(number))
         self.text.setModified(False)
         self.give(int(number) if self.whole else number, interim=self._held)
@@ -165,7 +130,7 @@ class NumberField(Field):
             return True
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress and watched is self.text:
             step = {Qt.Key.Key_Up: 1, Qt.Key.Key_Down: -1}.get(Qt.Key(event.key()))
-            if step and self.ends is not None and self.value is not None:
+            if step and self.scale is not None and self.value is not None:
                 fine = 1 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 10
                 self.slider.setValue(self.slider.value() + step * max(1, fine * self.slider.maximum() // STEPS))
                 return True
@@ -177,7 +142,16 @@ class NumberField(Field):
         menu.addAction("Upper end…", lambda: self._set_end(1))
         if self._own:
             menu.addAction("Ends as declared", lambda: self.endsChanged.emit(None))
+        powers = menu.addAction("In powers", self._turn)
+        powers.setCheckable(True)
+        powers.setChecked(bool(self.scale and self.scale.log))
         menu.exec(event.globalPos())
+
+    def _turn(self) -> None:
+        """Evenly, or in powers."""
+        declared = bool(self.parameter.range and self.parameter.range.log)
+        now = not (self.scale and self.scale.log)
+        self.powersChanged.emit(None if now is declared else now)
 
     def _set_end(self, which: int) -> None:
         if self.ends is None:
@@ -199,18 +173,46 @@ class NumberField(Field):
 
 
 def number_of(text: str, unit: str = "") -> float | None:
-    """What was typed: a number, a formula such as 1/3 or 2*pi, with or without its unit; nothing is automatic.
+    """What was typed: a number or a formula such as 1/3 or 2*pi, also in another unit of the same kind; nothing is automatic.
+
+    Parameters
+    ----------
+    unit : in which the number is wanted: "3 km" is 3000 where metres are; "" if it is a plain number
 
     Raises
     ------
-    FormulaError : it is no number
+    FormulaError : it is no number, or its unit does not fit
     """
     plain = text.strip().replace("−", "-").replace("\u2009", "").replace("\u00a0", " ")
     if not plain or plain == "automatic":
         return None
-    if unit and plain.endswith(unit):
-        plain = plain.removesuffix(unit).strip()
+    if unit:
+        plain = re.sub(rf"(?<=[\d\s).]){re.escape(unit)}$", "", plain).strip()
     try:
-        return float(plain.replace(",", ".") if plain.count(",") == 1 and "." not in plain else plain)
+        return _plain(plain)
+    except FormulaError as error:
+        number, called = _split(plain)
+        if not called:
+            raise FormulaError(f"{plain!r} is no number: type one, or a formula such as 2*pi or 1/3") from error
+        if not unit:
+            raise FormulaError(f"{plain!r} has a unit, and this number has none: type a plain number") from error
+        try:
+            return _plain(number) * units.factor(called, unit)
+        except units.UnitError as wrong:
+            raise FormulaError(f"{plain!r} cannot be brought to {unit}: {wrong}") from error
+
+
+def _plain(text: str) -> float:
+    try:
+        return float(text.replace(",", ".") if text.count(",") == 1 and "." not in text else text)
     except ValueError:
-        return float(Formula.parse(plain, ()).value({}))
+        return float(Formula.parse(text, ()).value({}))
+
+
+def _split(text: str) -> tuple[str, str]:
+    """(number, unit) of a text that ends with a known unit; the unit is "" if it does not."""
+    for found in re.finditer(r"(?<=[\d\s).])[A-Za-zµμÅ°%]", text):
+        number, called = text[: found.start()].strip(), text[found.start() :].strip()
+        if number and units.known(called):
+            return number, called
+    return text, ""

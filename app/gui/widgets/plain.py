@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.gui import icons, style
+from app.gui import folders, icons, style
 from app.gui.widgets.field import Facts, Field, title
 from app.gui.widgets.number import NumberField, number_of
 from modules.data import colours
@@ -139,7 +139,7 @@ class Named(Field):
         self.value = value
         self.list.setEditText("" if value is None else str(value))
 
-    def show_facts(self, facts: Facts, ends: tuple[float, float] | None) -> None:
+    def show_facts(self, facts: Facts, ends: tuple[float, float] | None, powers: bool | None = None) -> None:
         """The names that there are."""
         assert self.parameter.choice is not None
         port, _, fact = self.parameter.choice.of.partition(".")
@@ -240,7 +240,8 @@ class File(Words):
             self.text.setToolTip(words)
 
     def _choose(self) -> None:
-        start = str(self.value.parent) if isinstance(self.value, Path) and self.value.is_absolute() else ""
+        there = self.value if isinstance(self.value, Path) and self.value.is_absolute() else None
+        start = str(there.parent if there is not None else folders.preferred("data") or "")
         chosen, _ = QFileDialog.getOpenFileName(self, title(self.parameter.name), start)
         if chosen:
             self.give(Path(chosen))
@@ -265,6 +266,7 @@ class Several(Field):
         self.slider.setVisible(False)
         self.slider.changed.connect(lambda value, interim: self.give((value,), interim))
         self.slider.endsChanged.connect(self.endsChanged)
+        self.slider.powersChanged.connect(self.powersChanged)
         self.text.editingFinished.connect(self._typed)
 
     def _typed(self) -> None:
@@ -273,7 +275,7 @@ class Several(Field):
         self.text.setModified(False)
         parts = [p for p in self.text.text().replace(";", ",").split(",") if p.strip()]
         try:
-            values = tuple(number_of(p) for p in parts)
+            values = tuple(number_of(p, self.slider.unit) for p in parts)
         except FormulaError as error:
             self.refused.emit(str(error))
             return
@@ -292,9 +294,9 @@ class Several(Field):
             self.slider.text.setVisible(False)
             self.slider.setVisible(self.slider.ends is not None)
 
-    def show_facts(self, facts: Facts, ends: tuple[float, float] | None) -> None:
+    def show_facts(self, facts: Facts, ends: tuple[float, float] | None, powers: bool | None = None) -> None:
         """Ends of the slider."""
-        self.slider.show_facts(facts, ends)
+        self.slider.show_facts(facts, ends, powers)
         self.show_value(self.value)
 
 
