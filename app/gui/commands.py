@@ -13,8 +13,8 @@ from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 from app import __version__
 from app.engine.errors import NoniusError
 from app.gui import dropping, folders, panel_window, pictures, style
-from app.gui.view_commands import ViewCommands
 from app.gui.places_page import Places
+from app.gui.view_commands import ViewCommands
 
 if TYPE_CHECKING:
     from app.gui.main_window import MainWindow

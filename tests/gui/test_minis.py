@@ -172,7 +172,8 @@ def test_a_number_in_another_unit(typed: str, unit: str, number: float) -> None:
 
 
 @pytest.mark.parametrize(("typed", "unit", "why"), [
-    ("3 s", "m", "measure different things"), ("3 km", "", "this number has none"), ("much", "m", "is no number"), ("3 foos", "m", "is no number"),
+    ("3 s", "m", "measure different things"), ("3 km", "", "this number has none"),
+    ("much", "m", "is no number"), ("3 foos", "m", "is no number"),
 ])  # fmt: skip
 def test_what_does_not_fit_is_refused(typed: str, unit: str, why: str) -> None:
     with pytest.raises(FormulaError, match=why):
