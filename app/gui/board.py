@@ -39,6 +39,7 @@ class Board(QGraphicsScene):
         self.nodes: dict[str, NodeItem] = {}
         self.lines: dict[Socket, WireItem] = {}
         self.marks: list[MarkItem] = []
+        self.by_keys = False
         self._touching: dict[str, set[Socket]] = {}
         self._places: layout.Places = {}
         self._bends: dict[str, bends.Dots] = {}
@@ -97,6 +98,7 @@ class Board(QGraphicsScene):
         record, state = self.session.catalogue.get(node.module), self.session.state(node.id)
         item = NodeItem(node, record, self.look, state, self.session.facts(node.id))
         item.chosen = node.id in self.session.selection
+        item.by_keys = self.by_keys
         self._know(item)
         item.setPos(self.place(node))
         self.nodes[node.id] = item
@@ -235,6 +237,15 @@ class Board(QGraphicsScene):
                 item.chosen = name in names
                 item.setZValue(1 if item.chosen else 0)
                 item.update()
+
+    def show_focus(self, on: bool) -> None:
+        """Dash the ring of what is selected, since it was chosen by keys; or draw it whole."""
+        if on != self.by_keys:
+            self.by_keys = on
+            for item in self.nodes.values():
+                item.by_keys = on
+                if item.chosen:
+                    item.update()
 
     def _turn(self) -> None:
         turning = [i for i in self.nodes.values() if i.kind == "running" and i.state.progress is None]

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, Qt, Signal
 from PySide6.QtGui import (
+    QContextMenuEvent,
     QCursor,
     QDragEnterEvent,
     QDragMoveEvent,
@@ -53,6 +54,7 @@ class Canvas(QGraphicsView):
     -------
     wireSelected : (node, output) of the wire that was clicked; ("", "") for none
     helpRequested : id of a module
+    settingsRequested : the panel of the selected node, by Enter
     panelRequested : node whose panel is wanted in a window of its own
     zoomChanged : the scale, 1 for 100 %
     said : a sentence for the status bar
@@ -61,6 +63,7 @@ class Canvas(QGraphicsView):
     wireSelected = Signal(str, str)
     helpRequested = Signal(str)
     panelRequested = Signal(str)
+    settingsRequested = Signal()
     zoomChanged = Signal(float)
     said = Signal(str)
 
@@ -296,6 +299,7 @@ class Canvas(QGraphicsView):
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin."""
+        self.board.show_focus(False)
         mouse.press(self, event)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
@@ -344,6 +348,14 @@ class Canvas(QGraphicsView):
         self.finder.place()
         if self._fresh and self.board.nodes:
             self.fit()
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """The menu key opens the menu of the selected node, or that of the canvas; the mouse has its own way."""
+        if event.reason() == QContextMenuEvent.Reason.Keyboard:
+            item = next((self.board.nodes[n] for n in self.session.selection if n in self.board.nodes), None)
+            spot = item.scene_rect().center() if item is not None else self.middle()
+            mouse.menu(self, self.mapFromScene(spot))
+        event.accept()
 
     def viewportEvent(self, event: QEvent) -> bool:
         """Say what is under the pointer."""

@@ -12,7 +12,8 @@ from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
 from app import __version__
 from app.engine.errors import NoniusError
-from app.gui import dropping, folders, panel_window, pictures, style
+from app.gui import dropping, folders, pictures, style
+from app.gui.part_commands import PartCommands
 from app.gui.places_page import Places
 from app.gui.view_commands import ViewCommands
 
@@ -23,7 +24,7 @@ RECENT = 9
 NETWORKS = "Networks and pictures (*.json *.png);;All files (*)"
 
 
-class Commands(ViewCommands):
+class Commands(PartCommands, ViewCommands):
     """The actions of one window."""
 
     def __init__(self, window: MainWindow) -> None:
@@ -227,11 +228,6 @@ class Commands(ViewCommands):
         self.window.canvas.setFocus()
         self.window.canvas.quick_add()
 
-    def float_panel(self) -> None:
-        """The panel of the chosen node in a window of its own."""
-        for node in self.session.selection:
-            panel_window.show(self.window, node)
-
     def preferences(self) -> None:
         """Theme, threads, cache."""
         from app.gui.preferences import Preferences
@@ -360,10 +356,6 @@ class Commands(ViewCommands):
         from app.gui.palette import Palette
 
         Palette(self.window).show()
-
-    def help(self) -> None:
-        """The help of the chosen module."""
-        self.window.show_help(self.session.network[self.session.selection[0]].module)
 
     def about(self) -> None:
         """Which version this is."""

@@ -90,7 +90,7 @@ class NodeItem(QGraphicsItem):
         self.known: Mapping[str, Mapping[str, Any]] = {}
         self.wired: Mapping[str, int] = {}
         self.given: tuple[str, ...] = ()
-        self.chosen = self.hovered = self.settings_shown = False
+        self.chosen = self.hovered = self.settings_shown = self.by_keys = False
         self.verdicts: Mapping[tuple[str, bool], Verdict] | None = None
         self.turn = 0.0
         self.plugs: tuple[Plug, ...] = ()
@@ -315,7 +315,10 @@ class NodeItem(QGraphicsItem):
         if kind == "bypassed":
             self._paint_through(painter)
         if self.chosen:
-            painter.setPen(QPen(look["action"], 2))
+            ring = QPen(look["action"], 2)
+            if self.by_keys:
+                ring.setDashPattern([2, 1.5])
+            painter.setPen(ring)
             painter.drawRoundedRect(rect.adjusted(-3.5, -3.5, 3.5, 3.5), 9, 9)
         quiet = kind in ("blocked", "disabled", "bypassed", "held")
         glyphs.room(painter, self.record.room if self.record else "missing", QPointF(10, 6), look["text 2"])

@@ -3,23 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
 
+from app.gui import key_wiring
+from app.gui.key_wiring import Wiring
 from app.gui.layout import SNAP
 
 if TYPE_CHECKING:
     from app.gui.canvas import Canvas
 
 K = Qt.Key
+WORDS: Final = (
+    ("Alt and arrows", "select the nearest module that way"), ("Arrows", "move what is selected, by a step of the grid"),
+    ("Shift and arrows", "move it by four steps"), ("Enter", "go to the settings of the selected module"),
+    ("W", "wire it: arrows choose a socket, Enter takes it, arrows choose where it goes, Enter connects"),
+    ("Space or Tab", "add a module"), ("Menu key", "what can be done with the selected module"), ("F2", "rename"),
+    ("Del", "delete; a gap in a line is closed"), ("L", "arrange"), (".", "see the whole network"),
+    ("Z", "zoom to the selection"),
+    ("Space and drag", "move the canvas"), ("Ctrl+Shift+D", "duplicate without wires"),
+    ("Esc", "put back, select nothing, stop"),
+)  # fmt: skip
+"""Keys of the canvas, for the page of keys."""
 ARROWS = {K.Key_Left: (-1, 0), K.Key_Right: (1, 0), K.Key_Up: (0, -1), K.Key_Down: (0, 1)}
 
 
 def press(canvas: Canvas, event: QKeyEvent) -> bool:
     """Whether the key was one of the canvas."""
     key = K(event.key())
+    canvas.board.show_focus(True)
+    if isinstance(canvas.gesture, Wiring):
+        return canvas.gesture.key(key)
     ctrl = bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
     shift = bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier)
     if ctrl:
@@ -85,31 +101,26 @@ def _ctrl(canvas: Canvas, key: Qt.Key, shift: bool) -> bool:
 
 
 def _plain(canvas: Canvas, key: Qt.Key, again: bool) -> bool:
-    session = canvas.session
-    match key:
-        case K.Key_Space:
-            if not again:
-                canvas.spaced, canvas.panned = True, False
-                canvas.viewport().setCursor(Qt.CursorShape.OpenHandCursor)
-        case K.Key_Delete | K.Key_Backspace:
-            canvas.hands.remove()
-        case K.Key_Escape:
-            _escape(canvas)
-        case K.Key_L:
-            canvas.hands.arrange()
-        case K.Key_Period:
-            canvas.fit()
-        case K.Key_Z:
-            canvas.zoom_to(session.selection or None)
-        case K.Key_F2:
-            canvas.rename()
-        case K.Key_F1:
-            if not session.selection:
-                return False
-            canvas.helpRequested.emit(session.network[session.selection[0]].module)
-        case _:
-            return False
-    return True
+    session, chosen = canvas.session, canvas.session.selection
+    acts: dict[Qt.Key, Callable[[], object]] = {
+        K.Key_Delete: canvas.hands.remove,
+        K.Key_Backspace: canvas.hands.remove,
+        K.Key_Escape: lambda: _escape(canvas),
+        K.Key_L: canvas.hands.arrange,
+        K.Key_Period: canvas.fit,
+        K.Key_Z: lambda: canvas.zoom_to(chosen or None),
+        K.Key_F2: canvas.rename,
+        K.Key_W: lambda: key_wiring.begin(canvas),
+        K.Key_F1: lambda: canvas.helpRequested.emit(session.network[chosen[0]].module if chosen else ""),
+    }
+    if key == K.Key_Space and not again:
+        canvas.spaced, canvas.panned = True, False
+        canvas.viewport().setCursor(Qt.CursorShape.OpenHandCursor)
+    elif key in (K.Key_Return, K.Key_Enter) and chosen:
+        canvas.settingsRequested.emit()
+    elif key in acts:
+        acts[key]()
+    return key == K.Key_Space or key in acts or (key in (K.Key_Return, K.Key_Enter) and bool(chosen))
 
 
 def _escape(canvas: Canvas) -> None:

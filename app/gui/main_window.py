@@ -28,6 +28,7 @@ from app.gui.control_panel import ControlPanel
 from app.gui.first_run import FirstRun
 from app.gui.help_page import HelpPage
 from app.gui.icons import icon
+from app.gui.keys_page import KeysPage
 from app.gui.librarian import Librarian
 from app.gui.lower import Lower
 from app.gui.places_page import Spot
@@ -166,6 +167,7 @@ class MainWindow(QMainWindow):
         self.pages.went.connect(self.canvas.show_node)
         self.canvas.wireSelected.connect(self.pages.show_wire)
         self.canvas.helpRequested.connect(self.show_help)
+        self.canvas.settingsRequested.connect(self.commands.settings_of)
         self.canvas.panelRequested.connect(partial(panel_window.show, self))
         self.canvas.said.connect(lambda words: self.status.say("info", words))
         self.panel.helpAsked.connect(self.show_help)
@@ -257,7 +259,10 @@ class MainWindow(QMainWindow):
             self.session.message.emit("warning", f"No view shows what {spot.node} gives: wire it into one to see the place")
 
     def show_help(self, module: str) -> None:
-        """The help page of a module, in a window of its own."""
+        """The help page of a module, in a window of its own; that of keys for none."""
+        if not module:
+            KeysPage(self).show()
+            return
         window = QDialog(self)
         window.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         window.setWindowTitle("Help")

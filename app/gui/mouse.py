@@ -34,7 +34,7 @@ def press(canvas: Canvas, event: QMouseEvent) -> None:
     if event.button() == MIDDLE or (event.button() == LEFT and canvas.spaced):
         canvas.gesture = Pan(canvas, at)
     elif event.button() == RIGHT:
-        _menu(canvas, at)
+        menu(canvas, at)
     elif event.button() == LEFT:
         _left(canvas, at, bool(event.modifiers() & (Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier)))
 
@@ -42,7 +42,7 @@ def press(canvas: Canvas, event: QMouseEvent) -> None:
 def _left(canvas: Canvas, at: QPoint, more: bool) -> None:
     place, board, session = canvas.mapToScene(at), canvas.board, canvas.session
     if found := board.plug_at(place, max(REACH, REACH / canvas.zoom)):
-        canvas.gesture = _pull(canvas, at, *found)
+        canvas.gesture = pull(canvas, at, *found)
         return
     node = next(iter(board.near(place)), None)
     if node is not None:
@@ -90,7 +90,7 @@ def _on_node(canvas: Canvas, at: QPoint, place: QPointF, node: NodeItem, more: b
         canvas.gesture = Move(canvas, at, held, [])
 
 
-def _pull(canvas: Canvas, at: QPoint, item: NodeItem, plug: Plug) -> Pull | None:
+def pull(canvas: Canvas, at: QPoint, item: NodeItem, plug: Plug) -> Pull | None:
     """A new wire from a socket, or the one that ends there pulled off."""
     end = (item.node.id, plug.name, plug.slot)
     network = canvas.session.network
@@ -216,7 +216,7 @@ def _of_plug(item: NodeItem, plug: Plug) -> str:
     return f"{plug.name} · {kind}{more}\n{how}"
 
 
-def _menu(canvas: Canvas, at: QPoint) -> None:
+def menu(canvas: Canvas, at: QPoint) -> None:
     """The menu of what is under the pointer."""
     from app.gui import context
 
@@ -228,7 +228,7 @@ def _menu(canvas: Canvas, at: QPoint) -> None:
     if line is not None:
         canvas.session.select(())
         canvas.choose_wire(line.end)
-    menu = QMenu(canvas)
-    menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-    context.fill(menu, canvas, node, line, at)
-    menu.popup(canvas.viewport().mapToGlobal(at))
+    shown = QMenu(canvas)
+    shown.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+    context.fill(shown, canvas, node, line, at)
+    shown.popup(canvas.viewport().mapToGlobal(at))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QStatusBar, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QPushButton, QSizePolicy, QStatusBar, QWidget
 
 from app.draw import numbers
 from app.gui import icons, style
@@ -30,6 +30,7 @@ class Status(QStatusBar):
             one.setFlat(True)
             one.setProperty("link", True)
         self.said = QLabel()
+        self.said.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.said.setTextFormat(Qt.TextFormat.PlainText)
         self.machine = style.labelled("", "small")
         row = QWidget()
