@@ -52,7 +52,7 @@ class Cubic:
             t, h = u[:, axis], cell_sizes(grid, axis)[cell[:, axis]]
             third = _third_derivative(grid, values, axis).ravel()
             low, high = (_at_end(grid, cell, u, axis, end).apply(third) for end in (0, 1))
-            scale = _slope_error(axial(grid).axes[axis])
+            scale = slope_error(axial(grid).axes[axis])
             first, last = scale[cell[:, axis]] * low, scale[cell[:, axis] + 1] * high
             total += h * (t * (1 - t) ** 2 * first - t**2 * (1 - t) * last)
             total -= h**3 / 24 * t**2 * (1 - t) ** 2 * (high - low)
@@ -67,7 +67,7 @@ class Cubic:
             along[d] = -1
             h = cell_sizes(grid, axis).reshape(along)
             third = _third_derivative(grid, values, axis)
-            ends = np.abs(third * _slope_error(axial(grid).axes[axis]).reshape(along))
+            ends = np.abs(third * slope_error(axial(grid).axes[axis]).reshape(along))
             n = ends.shape[d]
             slopes = corner_max(ends.take(range(n - 1), d) + ends.take(range(1, n), d), skip=d)
             total = total + 4 / 27 * h * slopes + h**3 / 384 * corner_max(np.abs(np.diff(third, axis=d)), skip=d)
@@ -89,7 +89,7 @@ def _third_derivative(grid: Grid, values: Floats, axis: int) -> Floats:
     return np.asarray(np.gradient(second, x, axis=d))
 
 
-def _slope_error(x: Floats) -> Floats:
+def slope_error(x: Floats) -> Floats:
     """Error of the slope of the parabola at each sample of an axis, for a third derivative of one."""
     if len(x) == 2:
         return np.zeros(2)
@@ -104,7 +104,7 @@ def _along(grid: Grid, axis: int, cell: Ints, u: Floats) -> tuple[Ints, Floats, 
     wide = min(4, len(x))
     base = np.clip(cell - 1, 0, len(x) - wide)
     h = x[cell + 1] - x[cell]
-    columns, slopes = _slopes(x)
+    columns, slopes = parabola_slopes(x)
     value, derivative = np.zeros((len(u), wide)), np.zeros((len(u), wide))
     basis = (2 * u**3 - 3 * u**2 + 1, h * (u**3 - 2 * u**2 + u), 3 * u**2 - 2 * u**3, h * (u**3 - u**2))
     change = ((6 * u**2 - 6 * u) / h, 3 * u**2 - 4 * u + 1, (6 * u - 6 * u**2) / h, 3 * u**2 - 2 * u)
@@ -117,7 +117,7 @@ def _along(grid: Grid, axis: int, cell: Ints, u: Floats) -> tuple[Ints, Floats, 
     return base[:, None] + np.arange(wide), value, derivative
 
 
-def _slopes(x: Floats) -> tuple[Ints, Floats]:
+def parabola_slopes(x: Floats) -> tuple[Ints, Floats]:
     """For each sample of an axis, the three samples of its parabola and their weights in its slope there."""
     if len(x) == 2:
         return np.array([[0, 1], [0, 1]]), np.array([[-1.0, 1], [-1, 1]]) / (x[1] - x[0])

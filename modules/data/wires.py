@@ -237,7 +237,7 @@ class Model:
     def _through(self, weights: Gather) -> Accuracy:
         per_sample = [t for t in self.accuracy.terms if t.place == "point"]
         c = self.samples.components
-        operator = weights if c == 1 else _components(weights, c)
+        operator = weights if c == 1 else by_component(weights, c)
         terms = tuple(t.push(operator) for t in per_sample)
         return Accuracy(terms, self.accuracy.missing, (), self.accuracy.ended)
 
@@ -345,7 +345,7 @@ def _with_own(accuracy: Accuracy, own: Term, error: Floats) -> Accuracy:
     return accuracy
 
 
-def _components(weights: Gather, c: int) -> Gather:
+def by_component(weights: Gather, c: int) -> Gather:
     """Weights of scalar samples made weights of interleaved components."""
     n, k = weights.index.shape
     index = (weights.index[:, None, :] * c + np.arange(c)[None, :, None]).reshape(n * c, k)

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from typing import Any
+
 import numpy as np
+from scipy.sparse import csr_array, diags_array
 
-from modules.api import Flag, Literal, Model, Samples, modeller
+from modules.api import Curvilinear, Flag, Literal, Model, Rectilinear, Regular, Samples, along, modeller
+from modules.data.grid import lattice_of
+from modules.data.operators import Floats, fixed
+from modules.modellers._linear import dimension, noise_in
+from modules.modellers._linear import lattice_of as components
+from modules.modellers._weights import second_derivative, slope_bias
 
-GLANCE = 2_000
-"""Samples that are looked at to tell the noise."""
+SURE = 1.5
+"""Of what bounds and two deviations may do to one difference: the largest of a cell's differences is rarely more."""
 
 
-@modeller("Interpolate", aliases=("model", "bilinear", "trilinear", "nearest", "cubic"), output="model")
+@modeller("Interpolate", version=2, aliases=("model", "bilinear", "trilinear", "nearest", "cubic"), output="model")
 def interpolate(samples: Samples, *, law: Literal["linear", "nearest", "cubic"] = "linear") -> Model:
     """A value anywhere between the samples, by a law.
 
@@ -33,17 +42,46 @@ def interpolate(samples: Samples, *, law: Literal["linear", "nearest", "cubic"] 
 
 def _not_resolvable(model: Model) -> Flag | None:
     """Cells whose second differences are within what noise alone would give."""
-    own = model.own
+    own, samples = model.own, model.samples
     if own is None:
         return None
-    noise = [t for t in model.samples.accuracy.select("value", "point") if t.source.stage == "data"]
-    looked = np.random.default_rng(0).integers(0, model.grid.count, GLANCE)
-    bounds = sum((float(t.size(looked).max(initial=0.0)) for t in noise if t.kind == "bound"), 0.0)
-    variance = sum((float((t.size(looked) ** 2).max(initial=0.0)) for t in noise if t.kind in ("linear", "members")), 0.0)
-    # a second difference of rounding errors reaches 4 b, one of noise has the deviation sqrt(1 + 4 + 1) sigma
-    limit = model.grid.dimensions / 8 * (4 * bounds + 2 * np.sqrt(6 * variance))
+    grid = lattice_of(samples.grid) if isinstance(samples.grid, Curvilinear) else samples.grid
+    if not isinstance(grid, Regular | Rectilinear):
+        return None
+    limit = 0.0
+    for axis, x in enumerate(grid.axes):
+        told = TELLS[model.law.name](x)
+        if told is not None:
+            limit += SURE * noise_in(samples, along(components(samples), dimension(grid, axis), told), samples.components)
     below = np.flatnonzero(own.size() <= limit) if limit > 0 else np.zeros(0, np.int64)
     if not len(below):
         return None
     words = f"the interpolation error cannot be told from the noise in {len(below)} of {own.count} cells"
     return Flag("not resolvable", words, "cell", below)
+
+
+def _bend(x: Floats) -> Any | None:
+    """What linear interpolation between samples may be wrong by: an eighth of the second difference over the wider cell."""
+    second = second_derivative(x)
+    return None if second is None else csr_array(diags_array(_wider(x) ** 2 / 8) @ second)
+
+
+def _step(x: Floats) -> Any | None:
+    """Half the difference of two samples."""
+    n = len(x)
+    return None if n < 2 else csr_array(fixed(np.arange(n - 1)[:, None] + np.arange(2), np.tile([-0.5, 0.5], (n - 1, 1)), n))
+
+
+def _slopes(x: Floats) -> Any | None:
+    """What the cubic may be wrong by: 4/27 of the cell times the error of the slope at each end."""
+    bias = slope_bias(x)
+    return None if bias is None else csr_array(diags_array(8 / 27 * _wider(x)) @ bias)
+
+
+def _wider(x: Floats) -> Floats:
+    h = np.diff(x)
+    return np.maximum(np.append(h, h[-1]), np.append(h[0], h))
+
+
+TELLS: Mapping[str, Callable[[Floats], Any | None]] = {"linear": _bend, "nearest": _step, "cubic": _slopes}
+"""Law -> a small matrix along an axis that gives the size of its error there; None for too few samples."""
