@@ -9,11 +9,14 @@ import sys
 from app.commands.console import Console
 
 CHILD = """
-import sys
+import sys, threading
 sys.path[:] = {path!r}
 from modules.kernels import _jit
-_jit.warm(lambda fraction, name: print(f"{{fraction:.3f}} {{name}}", flush=True))
+asked = []
+threading.Thread(target=lambda: [asked.append(line.strip()) for line in sys.stdin], daemon=True).start()
+_jit.warm(lambda fraction, name: print(f"{{fraction:.3f}} {{name}}", flush=True), asked)
 """
+"""Tells how far it is; takes names of kernel files, which then come first."""
 
 
 def run(options: argparse.Namespace, console: Console) -> int:
@@ -34,7 +37,8 @@ def run(options: argparse.Namespace, console: Console) -> int:
 
 def warm(console: Console) -> int:
     """Compile in a child and say how far it is; its exit code."""
-    child = subprocess.Popen([sys.executable, "-c", CHILD.format(path=sys.path)], stdout=subprocess.PIPE, text=True)
+    words = [sys.executable, "-c", CHILD.format(path=sys.path)]
+    child = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
     try:
         for line in child.stdout or ():
             fraction, _, name = line.strip().partition(" ")

@@ -55,6 +55,7 @@ print(numba.config.CACHE_DIR)
     assert list(folder.rglob("arcs.shoulder_share*.nbi"))
 
 
+@pytest.mark.timeout(900)  # every kernel, from nothing
 def test_warming_compiles_every_kernel_and_is_remembered(tmp_path: Path) -> None:
     code = """
 import gc, sys
