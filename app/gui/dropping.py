@@ -57,7 +57,7 @@ def read(session: Session, file: Path, done: Callable[[], object]) -> None:
 
 
 def reader_of(session: Session, file: Path) -> tuple[Module, dict[str, Any]] | str:
-    """The reader that takes a file with what it says of it; or why none does."""
+    """The reader that takes a file with what it says of it; or why the one whose kind of file it is does not."""
     why = ""
     for record in session.catalogue.room("readers"):
         if record.peek is None:
@@ -69,8 +69,9 @@ def reader_of(session: Session, file: Path) -> tuple[Module, dict[str, Any]] | s
             continue
         if not facts.get("problem"):
             return record, facts
-        why = why or str(facts["problem"])
-    return why
+        if not facts.get("foreign"):
+            why = why or str(facts["problem"])
+    return why or f"no reader takes {'folders' if file.is_dir() else 'files'} that end in {file.suffix or 'nothing'!r}"
 
 
 def added(session: Session, file: Path, record: Module, facts: dict[str, Any]) -> tuple[Network, str]:
@@ -86,7 +87,10 @@ def added(session: Session, file: Path, record: Module, facts: dict[str, Any]) -
 
 
 def _drawn(session: Session, network: Network, node: str, y: float, facts: dict[str, Any]) -> Network:
-    """With a model, contour lines over the relief, and a view; only the model of what has three axes."""
+    """With a model, contour lines over the relief, where they may lie if the file states errors, and a view.
+
+    Of what has three axes only the model.
+    """
     catalogue = session.catalogue
 
     def put(network: Network, module: str, column: int, row: float, wires: list[tuple[str, str]]) -> tuple[Network, str]:
@@ -104,5 +108,11 @@ def _drawn(session: Session, network: Network, node: str, y: float, facts: dict[
     network, contour = put(network, "mappers.contour.contour", 2, 0, [(model, "model")])
     network, lines = put(network, "renderers.lines.lines", 3, 0, [(contour, "geometry")])
     network, relief = put(network, "renderers.image.image", 3, 1, [(node, "samples")])
-    network, _ = put(network, "renderers.view.view", 4, 0, [(relief, "layers"), (lines, "layers")])
+    layers = [(relief, "layers"), (lines, "layers")]
+    if facts.get("errors"):
+        network, band = put(network, "accuracy_mappers.band.band", 3, 2, [(contour, "lines"), (model, "model")])
+        network, fuzz = put(network, "renderers.surface.surface", 4, 2, [(band, "geometry")])
+        network = network.set(fuzz, "colour", "dust", catalogue).set(fuzz, "opacity", 0.14, catalogue)
+        layers.insert(1, (fuzz, "layers"))
+    network, _ = put(network, "renderers.view.view", 5 if facts.get("errors") else 4, 0, layers)
     return network.set(relief, "show", "relief", catalogue)

@@ -264,8 +264,7 @@ def _stated(store: Store, v: Variable, layout: Layout, wish: Wish) -> list[tuple
             raise ReadError(f"{which} has axes that {v.name!r} has not, whose errors it states")
         if alike and one.variable.shape != v.shape:
             raise ReadError(f"{which} has shape {one.variable.shape}, {v.name!r} {v.shape}")
-        own = [named[d] for d in one.variable.dims] if not alike else []
-        pairs = own or list(zip(layout.axes, layout.cut, strict=True))
+        pairs = list(zip(layout.axes, layout.cut, strict=True)) if alike else [named[d] for d in its.dims]
         sizes = _cf.decoded(store, one.variable, tuple(c for _, c in pairs)).values * one.factor
         over = [a for a, c in pairs if not isinstance(c, int)]
         ordered = _ordered(sizes, layout, over)

@@ -20,6 +20,15 @@ class ReadError(ValueError):
     """A file that cannot be read; the sentence names the file and says what to do."""
 
 
+class NotReadHere(ReadError):
+    """A file of a kind that is another reader's."""
+
+
+def problem(error: ReadError) -> dict[str, object]:
+    """The facts of a file that cannot be read; `foreign` if another reader may."""
+    return {"names": (), "problem": str(error), "foreign": isinstance(error, NotReadHere)}
+
+
 def existing(path: Path | None) -> Path:
     """The path, if a file is there.
 
@@ -30,7 +39,7 @@ def existing(path: Path | None) -> Path:
     if path is None or path.as_posix() in ("", "."):
         raise ReadError("no file is chosen: set 'path'")
     if path.is_dir():
-        raise ReadError(f"{path.name!r} is a folder: choose a file in it")
+        raise NotReadHere(f"{path.name!r} is a folder: choose a file in it")
     if not path.exists():
         raise ReadError(_gone(path))
     if not os.access(path, os.R_OK):
@@ -128,7 +137,7 @@ def fits(path: Path, shape: tuple[int, ...], stride: int = 1) -> None:
         )
 
 
-def unreadable(path: Path, suffixes: Iterable[str]) -> ReadError:
+def unreadable(path: Path, suffixes: Iterable[str]) -> NotReadHere:
     """That a file of this suffix is not read, and which are."""
     ends = path.suffix or "nothing"
-    return ReadError(f"{path.name!r}: files that end in {ends!r} are not read here; this reads {', '.join(suffixes)}")
+    return NotReadHere(f"{path.name!r}: files that end in {ends!r} are not read here; this reads {', '.join(suffixes)}")

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from modules.api import Choice, Range, Samples, reader
 from modules.readers import _vtk
-from modules.readers._files import ReadError, existing
+from modules.readers._files import ReadError, existing, problem
 
 
 def peek(path: Path) -> Mapping[str, Any]:
@@ -16,7 +16,7 @@ def peek(path: Path) -> Mapping[str, Any]:
     try:
         return _vtk.peek(_vtk.file_of(existing(path)))
     except ReadError as error:
-        return {"names": (), "problem": str(error)}
+        return problem(error)
 
 
 @reader("Read data set", output="samples", peek=peek, aliases=("vtk", "volume", "vti", "vtu"))

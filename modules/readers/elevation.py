@@ -32,7 +32,7 @@ from modules.api import (
 from modules.data.accuracy import Rigour
 from modules.data.operators import Floats, Ints
 from modules.readers import _dem, _image, _npz, _text, _vtk
-from modules.readers._files import ReadError, digest, existing, unreadable
+from modules.readers._files import ReadError, digest, existing, problem, unreadable
 from modules.readers._place import DEGREES, place
 from modules.readers._raw import Raw, Stated
 
@@ -64,7 +64,7 @@ def peek(path: Path) -> Mapping[str, Any]:
         found = existing(path)
         return _vtk.peek(found) if found.suffix.lower() in VTK else _format(found)[1](found)
     except ReadError as error:
-        return {"names": (), "problem": str(error)}
+        return problem(error)
 
 
 def companions(path: Path) -> Sequence[Path]:

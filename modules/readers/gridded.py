@@ -13,7 +13,7 @@ from modules.readers import _cf, _vtk
 from modules.readers._budget import Wish
 from modules.readers._containers import SUFFIXES, ZARR, is_zarr, opened, there
 from modules.readers._fields import samples, with_unit
-from modules.readers._files import ReadError, digest, unreadable
+from modules.readers._files import ReadError, digest, problem, unreadable
 from modules.readers._store import Store
 
 VECTORS = (("u", "v", "w"), ("uo", "vo", "wo"), ("ua", "va", "wa"), ("u10", "v10"), ("uas", "vas"), ("vx", "vy", "vz"))
@@ -27,7 +27,7 @@ def peek(path: Path) -> Mapping[str, Any]:
         with opened(found) as store:
             return _facts(store)
     except ReadError as error:
-        return {"names": (), "problem": str(error)}
+        return problem(error)
 
 
 def _facts(store: Store) -> dict[str, Any]:
@@ -44,6 +44,7 @@ def _facts(store: Store) -> dict[str, Any]:
         "axes": tuple(f"{a.name} ({a.size})" for a in axes),
         "steps": (0, max(0, count["time"] - 1)),
         "members": count["member"],
+        "errors": tuple(b.variable.name for b in _cf.stated(store, v, None)),
     }
 
 

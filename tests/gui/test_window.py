@@ -149,6 +149,32 @@ def test_data_that_are_dropped_are_read_modelled_and_drawn(window: MainWindow, t
     assert window.stack.currentWidget() is window.work
 
 
+def test_what_a_file_states_of_its_errors_is_drawn(window: MainWindow, qtbot: Any) -> None:
+    """NetCDF with a standard error: contour lines, where they may lie, and a budget of instrument, grid and method."""
+    window.take([Path(__file__).resolve().parents[2] / "networks" / "data" / "sea-surface.nc"])
+    qtbot.waitUntil(lambda: bool(window.session.network.nodes), timeout=10000)
+    session = window.session
+    (view,) = session.views()
+    qtbot.waitUntil(lambda: session.outputs(view) is not None, timeout=120000)
+    assert {n.module for n in session.network.nodes.values()} >= {"readers.gridded.gridded", "accuracy_mappers.band.band"}
+    (contour,) = (n for n in session.network.nodes if n.startswith("contour"))
+    named = {t.name for t in (session.outputs(contour) or {})["lines"].accuracy.terms}
+    assert {"Altimeter, random noise", "Interpolation between samples", "Two chords a cell"} <= named
+
+
+@pytest.mark.parametrize(("name", "data", "words"), [
+    ("a.nc", b"no data", "neither NetCDF nor HDF5"), ("a.npy", b"no data", "damaged"),
+    ("a.what", b"no data", "no reader takes files"),
+])  # fmt: skip
+def test_a_broken_file_is_spoken_of_by_the_reader_of_its_kind(
+    window: MainWindow, tmp_path: Path, qtbot: Any, name: str, data: bytes, words: str
+) -> None:
+    (tmp_path / name).write_bytes(data)
+    with qtbot.waitSignal(window.session.message, timeout=10000) as said:
+        window.take([tmp_path / name])
+    assert words in said.args[1]
+
+
 def test_a_file_that_nobody_reads_says_so(window: MainWindow, tmp_path: Path, qtbot: Any) -> None:
     (tmp_path / "what.bin").write_bytes(b"\0" * 16)
     with qtbot.waitSignal(window.session.message, timeout=10000) as said:
