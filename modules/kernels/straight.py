@@ -134,7 +134,7 @@ def loops(code: int, faces: int) -> tuple[tuple[int, ...], ...]:
 
 
 @functools.cache
-def _faces_of(edge: int) -> frozenset[int]:
+def faces_of(edge: int) -> frozenset[int]:
     axis, u, v = edge // 4, (edge // 2) % 2, edge % 2
     p, q = ACROSS[axis]
     return frozenset((int(2 * p + u), int(2 * q + v)))
@@ -150,7 +150,7 @@ def cut(loop: tuple[int, ...]) -> tuple[tuple[int, int, int], ...] | None:
         """The part between the vertices i and j > i."""
         if j == i + 1:
             return ()
-        if (i, j) != (0, n - 1) and _faces_of(loop[i]) & _faces_of(loop[j]):
+        if (i, j) != (0, n - 1) and faces_of(loop[i]) & faces_of(loop[j]):
             return None
         for k in range(i + 1, j):
             low, high = between(i, k), between(k, j)

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from modules import kernels
-from modules.api import Cells, Field, Flag, Geometry, Missing, Model, Progress, Source, Term
+from modules.api import Cells, Field, Flag, Geometry, Literal, Missing, Model, Progress, Source, Term
 from modules.data.operators import Identity
 from modules.mappers._isosurface_accuracy import displaced
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Axes = tuple[Floats, Floats, Floats]
+Draw = Callable[[Floats, Axes, float, int], tuple[Floats, Ints, Ints]]
 
 MOST = 1 << 27
 """Samples of a subdivision, at most."""
@@ -35,7 +36,7 @@ class Method(NamedTuple):
     holes : whether it may leave holes
     """
 
-    draw: Callable[[Floats, Axes, float, int], tuple[Floats, Ints, Ints]]
+    draw: Draw
     unknown: str
     within: Callable[[Floats, int], float] | None = None
     holes: bool = False
@@ -49,11 +50,11 @@ def _half(cell: Floats, cuts: int) -> float:
     return 0.5 * _diagonal(cell, cuts)
 
 
-def _straight(rule: str) -> Callable[[Floats, Axes, float, int], tuple[Floats, Ints, Ints]]:
+def _straight(rule: Literal["classic", "decider", "four_triangles"]) -> Draw:
     return lambda values, axes, level, cuts: kernels.straight.surface(values, *axes, level, rule)
 
 
-def _tetrahedra(pieces: int) -> Callable[[Floats, Axes, float, int], tuple[Floats, Ints, Ints]]:
+def _tetrahedra(pieces: int) -> Draw:
     return lambda values, axes, level, cuts: kernels.tetrahedra.grid_surface(values, *axes, level, pieces)
 
 

@@ -53,7 +53,7 @@ def is_whole(values: Floats, level: float, mesh: Mesh) -> bool:
     chi = topology.euler(len(points), triangles)
     closed = topology.boundary_loops(len(points), triangles) == 0
     pieces = topology.components(len(points), triangles) if len(points) else 0
-    for k in (8, 16, 32, 48):
+    for k in (8, 16, 32):
         told, regions = topology.whole(values, level, k)
         if chi == told and (not closed or pieces == regions - 1):
             return True
@@ -67,9 +67,12 @@ def random_grids(name: str, kind: str, count: int, seed: int) -> None:
     for values in topology.grids(kind, count, seed):
         found = mesh(values, 0.0)
         verdict = topology.judged(values, axes_of(values), 0.0, found, ties=kind == "ties")
-        if kind != "ties" and verdict.right and not is_whole(values, 0.0, found):
+        seen = kind != "ties" and verdict.right and verdict.finest <= 16  # thinner parts the whole would not show
+        if seen and not is_whole(values, 0.0, found):
             verdict.wrong["another whole"] = 1
         bad += not verdict.right
+        for corner in verdict.examples:
+            print(f"{name:14} a cell of another topology: {corner.tolist()}")
         faults.update({name: n for name, n in verdict.wrong.items() if n})
         tunnels, cells = tunnels + verdict.tunnels, cells + verdict.cells
     words = ", ".join(f"{n} {name}" for name, n in faults.most_common()) or "no fault"

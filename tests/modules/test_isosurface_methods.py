@@ -197,7 +197,7 @@ def occurring() -> Any:
 
 def loop_back_faces(loop: Any) -> set[int]:
     """Faces with two sides of the polygon, by the edges alone."""
-    faces = [straight._faces_of(e) & straight._faces_of(loop[(n + 1) % len(loop)]) for n, e in enumerate(loop)]
+    faces = [straight.faces_of(e) & straight.faces_of(loop[(n + 1) % len(loop)]) for n, e in enumerate(loop)]
     flat = [f for common in faces for f in common]
     return {f for f in flat if flat.count(f) == 2}
 

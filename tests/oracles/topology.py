@@ -2,7 +2,8 @@
 
 The truth of a cell: the trilinear polynomial on k^3 boxes of Freudenthal tetrahedra. Counting the simplices whose corners
 lie on both sides gives the Euler characteristic, labelling the corners the regions on each side; a cell's surface has one
-piece less than regions (Alexander's duality: it has no closed pieces). k grows until mesh and truth agree, or to `FINEST`.
+piece less than regions (Alexander's duality: it has no closed pieces). k grows until mesh and truth agree, or to `FINEST`;
+then a lattice that is dense about saddles and inflection points has the last word.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ import numpy.typing as npt
 from scipy.ndimage import label
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+
+from modules.kernels import trilinear
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -43,6 +46,8 @@ class Verdict:
     tunnels: int = 0
     triangles: int = 0
     finest: int = 0
+    examples: list[Floats] = field(default_factory=list)
+    """Corners 000, 001, ... 111 of xyz of the cells of another topology."""
 
     @property
     def right(self) -> bool:
@@ -108,6 +113,36 @@ def truth(corner: Floats, level: float, k: int) -> tuple[Ints, Ints]:
     ]
     chi, pieces = (np.concatenate(part) for part in zip(*found, strict=True)) if found else (np.zeros(0, int),) * 2
     return np.asarray(chi, np.int64), np.asarray(pieces, np.int64)
+
+
+def sharp_truth(corner: Floats, level: float) -> tuple[int, int]:
+    """As `truth`, of one cell (2, 2, 2), on a lattice that is dense about its critical coordinates, for thin parts."""
+    f = (corner - level).transpose(2, 1, 0).reshape(1, 8)
+    with np.errstate(all="ignore"):
+        special = [trilinear.inflections(f).reshape(-1, 3), trilinear.body_saddles(f).reshape(-1, 3)]
+    for axis in range(3):
+        face = np.moveaxis(corner - level, 2 - axis, 0)  # two faces across the axis; the other axes descend
+        low, high = [a for a in range(3) if a != axis]
+        for g in face:
+            twist = g[0, 0] + g[1, 1] - g[0, 1] - g[1, 0]
+            if twist != 0:
+                at = np.full((1, 3), np.nan)
+                at[0, low], at[0, high] = (g[0, 0] - g[1, 0]) / twist, (g[0, 0] - g[0, 1]) / twist
+                special.append(at)
+    steps = np.concatenate([[0.0], 10.0 ** np.arange(-9, -1.4, 0.5)])
+    axes = []
+    for axis in range(3):
+        c = np.concatenate(special)[:, axis]
+        near = c[np.isfinite(c)][:, None] + np.concatenate([-steps, steps])
+        axes.append(np.unique(np.concatenate([np.linspace(0, 1, 33), near[(near > 0) & (near < 1)]])))
+    values = (corner - level)[None]
+    for axis, t in enumerate(reversed(axes), start=1):
+        w = t.reshape([-1 if a == axis else 1 for a in range(4)])
+        low_side, high_side = np.take(values, [0], axis), np.take(values, [1], axis)
+        values = (1 - w) * low_side + w * high_side
+    above = values >= 0
+    parts = label(above[0], NEIGHBOURS)[1] + label(~above[0], NEIGHBOURS)[1]
+    return int(characteristic(above)[0]), parts - 1
 
 
 # ------------------------------------------------------------------ the mesh
@@ -277,7 +312,9 @@ def judged(
         told = np.stack(truth(corner[left], level, k))
         left = left[(told != mine[:, left]).any(axis=0)]
         verdict.finest, k = k, 2 * k
+    left = np.array([n for n in left if sharp_truth(corner[n], level) != tuple(mine[:, n])], int)
     verdict.wrong["cells of another topology"] = len(left)
+    verdict.examples = list(corner[left].transpose(0, 3, 2, 1).reshape(-1, 8))
     verdict.tunnels = int((mine[0] < mine[1]).sum())
     return verdict
 
