@@ -21,6 +21,9 @@ from modules.data.scene import ChartLook, ImageLook, LabelLook, Scene, Text
 
 FINER = 2
 """The scene is drawn so many times as large and averaged, which smooths all edges."""
+LARGEST = 8192
+"""Pixels of a side: what is larger, not every graphics card draws. Beyond half of it a scene is not drawn finer."""
+LEAST = (320, 240)
 
 Check = Callable[[float], object]
 
@@ -61,7 +64,7 @@ def render(
 
     Parameters
     ----------
-    size : width and height in pixels, at least 320 x 240
+    size : width and height in pixels, from 320 x 240 to 8192 x 8192
     k : coverage factor of standard deviations in the legend
     camera : where it is seen from, as a viewport gives it; None to see all
     scale : of text and widths; 1 suits the size
@@ -69,27 +72,30 @@ def render(
 
     Raises
     ------
-    ValueError : a size too small for a page, or a layer that nobody draws
+    ValueError : a size too small for a page or too large to draw, or a layer that nobody draws
 
     Accuracy: adds at most half the diagonal of a pixel to the position of what is drawn (`pixel_unit`, proven).
     """
-    if min(size) < 240 or size[0] < 320:
+    if size[0] < LEAST[0] or size[1] < LEAST[1]:
         raise ValueError(f"a picture of {size[0]} x {size[1]} pixels has no room for its legend: 320 x 240 is the least")
+    if max(size) > LARGEST:
+        raise ValueError(f"a picture of {size[0]} x {size[1]} pixels is too large to draw: {LARGEST} a side is the most")
     words = legend(scene, k=k, check=check)
     pen = Pen(size, theme(scene.look.theme), scale * automatic_scale(size))
     flat = scene.look.dimensions == 2
     sheet = _Sheet(scene, words, pen, camera)
-    plotter = off_screen((sheet.plot.width * FINER, sheet.plot.height * FINER))
+    finer = FINER if max(size) * FINER <= LARGEST else 1
+    plotter = off_screen((sheet.plot.width * finer, sheet.plot.height * finer))
     try:
-        viewport = Viewport(plotter, scale=pen.scale * FINER, stretch=sheet.stretch, words=False)
+        viewport = Viewport(plotter, scale=pen.scale * finer, stretch=sheet.stretch, words=False)
         viewport.show(scene)
         viewport.camera = sheet.camera if sheet.camera is not None else viewport.camera
-        pen.image(averaged(viewport.pixels(), FINER), sheet.plot.x, sheet.plot.y)
+        pen.image(averaged(viewport.pixels(), finer), sheet.plot.x, sheet.plot.y)
         if flat:
             sheet.draw_flat(viewport)
         else:
             sheet.draw_space(viewport)
-        pixel = viewport.pixel(farthest=not flat) * FINER * math.sqrt(0.5)
+        pixel = viewport.pixel(farthest=not flat) * finer * math.sqrt(0.5)
         seen = viewport.camera
     finally:
         plotter.close()

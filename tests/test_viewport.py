@@ -246,6 +246,122 @@ def test_holes_of_an_image_are_clear(port: Viewport) -> None:
     assert np.abs(pixels[height // 2, int(width * 0.35)] - ground).max() > 20
 
 
+# --- surfaces: what has no value, light, wire; other dress
+
+
+def hilly(n: Any = 6) -> Any:
+    """Squares of two triangles with a value a triangle, some not known."""
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    a = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    triangles = np.concatenate([np.column_stack([a, a + 1, a + n]), np.column_stack([a + 1, a + n + 1, a + n])])
+    values = np.linspace(0, 1, len(triangles))
+    values[::5] = np.nan
+    corner = np.linspace(0, 1, n * n)
+    corner[7] = np.nan
+    return Geometry(
+        points=np.column_stack([x.ravel(), y.ravel(), np.zeros(n * n)]).astype(float), polygons=Cells.of(triangles),
+        values={"error": Field(values, "cell", "m"), "height": Field(corner)}, accuracy=EXACT,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("by", ["error", "height"])
+@pytest.mark.parametrize("relief", [False, True])
+def test_what_has_no_value_is_hatched_and_the_rest_keeps_its_colours(port: Viewport, by: str, relief: bool) -> None:
+    shape = hilly()
+    colouring = Colouring(by=by, map=colour_map("values"), range=(0.0, 1.0))
+    look = SurfaceLook(colouring=colouring, relief=relief, lit=False, smooth=by == "height")
+    port.show(scene(layer(shape, look), axes=False))
+    values = np.asarray(shape.values[by].values)
+    unknown = np.isnan(values) if by == "error" else np.isnan(values[shape.triangles]).any(axis=1)
+    surface, hatch = props(port)
+    assert hatch.GetVisibility() and hatch.GetMapper().GetInput().GetNumberOfPolys() == unknown.sum()
+    assert surface.GetMapper().GetInput().GetNumberOfPolys() == len(unknown) - unknown.sum()
+    pixels = port.pixels()
+    size = (pixels.shape[1], pixels.shape[0])
+    middles = shape.points[shape.triangles].mean(axis=1)
+    at = np.rint(port.project(middles) * size - 0.5).astype(int)
+    greys = [np.round(np.array(theme("light").rgb(role)) * 255) for role in ("text 3", "divider")]
+    seen = pixels[at[:, 1], at[:, 0]].astype(float)
+    low, high = np.minimum(*greys) - 3, np.maximum(*greys) + 3
+    assert ((seen[unknown] >= low) & (seen[unknown] <= high)).all(axis=1).all()
+    if by == "error":
+        table = colour_map("values").colours
+        places = np.linspace(0, 1, len(table))
+        wanted = np.stack([np.interp(values[~unknown], places, table[:, c]) for c in range(3)], axis=1) * 255
+        assert np.abs(seen[~unknown] - wanted).max() < 6, "colours of what is not lit are those of the bar"
+
+
+def test_hatches_are_stripes_on_every_side_of_a_box() -> None:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    from app.draw import meshes
+
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    shape = Geometry(points=corners, polygons=Cells.of(sides), accuracy=EXACT)
+    data = meshes.hatched(shape, np.ones(6, bool), 0.1)
+    along = vtk_to_numpy(data.GetPointData().GetTCoords())[:, 0].reshape(6, 4)
+    assert (np.ptp(along, axis=1) > 10).all()
+    assert meshes.hatched(shape, np.zeros(6, bool), 0.1).GetNumberOfPolys() == 0
+
+
+def test_the_legend_says_how_much_has_no_value() -> None:
+    from app.legend import legend
+
+    shape = hilly()
+    colouring = Colouring(by="error", map=colour_map("values"), title="distance", unit="m")
+    told = legend(scene(layer(shape, SurfaceLook(colouring=colouring))))
+    (entry,) = told.drawn[0].entries
+    assert entry.sign == "?" and entry.words == "distance not known at 10 of 50 cells, hatched"
+
+
+def test_without_light_a_colour_is_what_it_is_however_it_is_turned(port: Viewport) -> None:
+    shown = scene(layer(sheet(), SurfaceLook(lit=False, colour="#336699")), dimensions=3, axes=False)
+    port.show(shown)
+    for position in ([20.0, -8.0, 9.0], [-9.0, 20.0, 3.0]):
+        port.camera = {**port.camera, "position": position}
+        pixels = port.pixels().reshape(-1, 3)
+        assert (pixels == [0x33, 0x66, 0x99]).all(axis=1).sum() > 50
+
+
+def test_a_wireframe_shows_the_view_between_its_lines(port: Viewport) -> None:
+    shape = hilly(4)
+    port.show(scene(layer(shape, SurfaceLook()), axes=False))
+    full = (port.pixels() == 255).all(axis=2).mean()
+    port.show(scene(layer(shape, SurfaceLook(wire=True, lit=False)), axes=False))
+    assert (port.pixels() == 255).all(axis=2).mean() > full + 0.2
+
+
+def test_another_dress_keeps_layers_that_it_does_not_change_and_gives_the_same_ones_again(port: Viewport) -> None:
+    from app.draw.styles import Wardrobe, common, drawn_as
+
+    values = Colouring(by="height", map=colour_map("values"), range=(0.0, 3.0), title="height")
+    one, two = layer(sheet(), SurfaceLook(colouring=values)), layer(strokes(), LineLook())
+    shown, wardrobe = scene(one, two, dimensions=3), Wardrobe()
+    assert wardrobe.dressed(shown) is shown
+    wired: Any = wardrobe.dressed(shown, "wireframe")
+    assert wired.layers[1] is two and wired.layers[0].look.wire and wired.layers[0].shape is one.shape
+    assert all(a is b for a, b in zip(wardrobe.dressed(shown, "wireframe").layers, wired.layers, strict=True))
+    port.show(shown)
+    assert port.show(wired) == Changes(same=1, dressed=1)
+    assert drawn_as(shown, "no such way") is shown
+    wider = scene(layer(sheet(), SurfaceLook(colouring=replace(values, range=(-5.0, 1.0)))))
+    ranges = common([shown, wider])
+    assert list(ranges.values()) == [(-5.0, 3.0)]
+    shared: Any = wardrobe.dressed(shown, ranges=ranges)
+    assert shared.layers[0].look.colouring.range == (-5.0, 3.0)
+
+
+def test_numbers_stand_along_the_box_when_asked_for(port: Viewport) -> None:
+    port.show(scene(layer(sheet(), SurfaceLook()), dimensions=3))
+    bare = port.pixels()
+    port.numbers = True
+    numbered = port.pixels()
+    assert (bare != numbered).any()
+    port.numbers = False
+    assert (port.pixels() == bare).all()
+
+
 def luminance(colour: Any) -> Any:
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in colour]
     return float(np.dot(linear, [0.2126, 0.7152, 0.0722]))

@@ -6,7 +6,7 @@ import io
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import asdict, dataclass, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,25 @@ class Out:
     path: Path
 
 
+@dataclass(frozen=True)
+class Sheet:
+    """What a picture is drawn on.
+
+    Parameters
+    ----------
+    size : width and height in pixels
+    scale : of text and lines; 1 suits the size
+    theme : light or dark; "" for that of the view
+    """
+
+    size: tuple[int, int] = (1600, 1000)
+    scale: float = 1.0
+    theme: str = ""
+
+
+PAGE = Sheet()
+
+
 def write(
     scene: Any,
     out: Out,
@@ -39,6 +58,7 @@ def write(
     keys: Mapping[str, str],
     catalogue: Catalogue,
     check: Check | None = None,
+    sheet: Sheet = PAGE,
 ) -> str:
     """Stage a picture and its certificate; returns the caption."""
     from app import picture
@@ -47,7 +67,9 @@ def write(
     view = found.network.nodes[out.node].view
     given = {"camera": view["camera"]} if "camera" in view else {}
     scene = drawn_as(scene, view.get("drawing"))
-    drawn = picture.render(scene, k=found.network.k, **given)
+    if sheet.theme:
+        scene = replace(scene, look=replace(scene.look, theme=sheet.theme))
+    drawn = picture.render(scene, k=found.network.k, size=sheet.size, scale=sheet.scale, **given)
     text = certificate.stored(found.network, out.path.parent.absolute(), catalogue)
     mine = {name: keys[name] for name in sorted(upstream(found.network, [out.node]))}
     claims = _claims(scene, drawn, out, found, text, catalogue, check) | {"keys": mine, "versions": paths.versions()}

@@ -6,14 +6,16 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QSettings
+from PySide6.QtCore import QSettings, QSize
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QFileDialog, QInputDialog, QMessageBox
 
 from app import __version__
+from app.commands.pictures import PAGE, Sheet
 from app.engine.errors import NoniusError
 from app.gui import dropping, folders, pictures, style
 from app.gui.part_commands import PartCommands
+from app.gui.picture_dialog import PictureDialog
 from app.gui.places_page import Places
 from app.gui.view_commands import ViewCommands
 
@@ -95,7 +97,7 @@ class Commands(PartCommands, ViewCommands):
         return done
 
     def save_picture(self, node: str = "") -> None:
-        """Ask where, and write the view with its certificate."""
+        """Ask how large and where, and write the view with its certificate."""
         shown = self.window.views.shown
         wanted = node or next((n for n in self.session.selection if n in shown), shown[0] if shown else "")
         pane = self.window.views.pane(wanted)
@@ -106,13 +108,16 @@ class Commands(PartCommands, ViewCommands):
         if self.session.stale(wanted):
             self.session.message.emit("warning", "The picture is of before the last edit: save it when the network has run")
             return
+        dialog = PictureDialog(pane.back.plot.size() * pane.devicePixelRatioF() if pane else QSize(), self.window)
+        if not dialog.exec():
+            return
         stem = self.session.path.stem if self.session.path else "picture"
         start = str(Path(self._folder("pictures")) / f"{stem}-{wanted}.png")
         chosen, _ = QFileDialog.getSaveFileName(self.window, "Save the picture", start, "Pictures (*.png)")
         if chosen:
-            self.write_picture(wanted, Path(chosen).with_suffix(".png"))
+            self.write_picture(wanted, Path(chosen).with_suffix(".png"), dialog.sheet)
 
-    def write_picture(self, node: str, target: Path) -> None:
+    def write_picture(self, node: str, target: Path, sheet: Sheet = PAGE) -> None:
         """Write the view of a node; `message` says when it is done."""
         session = self.session
         found = next(((o, v) for o, v in (session.outputs(node) or {}).items() if type(v).__name__ == "Scene"), None)
@@ -121,7 +126,7 @@ class Commands(PartCommands, ViewCommands):
         output, scene = found
         network, path, catalogue = session.network, session.path, session.catalogue
         session.message.emit("info", f"Drawing {target.name}…")
-        job = lambda: pictures.write(scene, node, output, target, network, path, catalogue)  # noqa: E731
+        job = lambda: pictures.write(scene, node, output, target, network, path, catalogue, sheet)  # noqa: E731
         self.window.studio.do(("picture", target), job)
 
     def quit(self) -> None:

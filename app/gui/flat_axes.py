@@ -26,15 +26,15 @@ def wanted(scene: Scene | None) -> bool:
     return scene is not None and scene.look.dimensions == 2 and scene.look.axes
 
 
-def margins(widget: QWidget, scene: Scene | None) -> QMargins:
-    """The room that axes need around a picture."""
+def margins(widget: QWidget, scene: Scene | None, right: int = 0) -> QMargins:
+    """The room that axes need around a picture, and a legend at its right."""
     if scene is None or not wanted(scene) or min(widget.width(), widget.height()) < 160:
-        return QMargins()
+        return QMargins(0, 0, right, 0)
     box, frame = of_layers(scene.layers), frame_of(scene.layers)
     upright = page.axis(frame.axes[1], frame.units[1], box.low[1], box.high[1], widget.height(), 70)
-    ink = QtInk(QPainter(), theme(scene.look.theme))
+    ink = QtInk(None, theme(scene.look.theme))
     widest = max((ink.extent(words, 10.5)[0] for words in upright.words), default=0.0)
-    return QMargins(round(LEFT + widest), TOP, RIGHT, BELOW)
+    return QMargins(round(LEFT + widest), TOP, max(RIGHT, right), BELOW)
 
 
 def paint(painter: QPainter, plot: QRect, scene: Scene, camera: Camera, bar: bool) -> None:

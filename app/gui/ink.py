@@ -16,13 +16,14 @@ class QtInk:
 
     Parameters
     ----------
-    painter : active
+    painter : active; None to measure only
     theme : colours by role
     """
 
-    def __init__(self, painter: QPainter, theme: Theme) -> None:
-        self.painter, self.theme = painter, theme
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    def __init__(self, painter: QPainter | None, theme: Theme) -> None:
+        self.painter, self.theme = painter or QPainter(), theme
+        if painter is not None:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
 
     def px(self, value: float) -> float:
         """Qt counts in pixels at 100 % itself."""

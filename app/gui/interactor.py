@@ -29,6 +29,7 @@ class Interactor(QWidget):
         super().__init__(parent)
         self.scene: Scene | None = None
         self.tag: object = None
+        self._right = 0
         self._view: Any = None
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self._room = QVBoxLayout(self)
@@ -64,7 +65,7 @@ class Interactor(QWidget):
         try:
             view = self._made()
             view.numbers = numbers
-            self.setContentsMargins(flat_axes.margins(self, scene))
+            self._margins()
             view.show(scene)
             if camera is not None:
                 view.camera = camera
@@ -75,6 +76,15 @@ class Interactor(QWidget):
             self.failed.emit(str(error))
             return
         self.framed.emit(tag)
+
+    def reserve(self, right: int) -> None:
+        """Leave a column free at the right of the picture."""
+        if right != self._right:
+            self._right = right
+            self._margins()
+
+    def _margins(self) -> None:
+        self.setContentsMargins(flat_axes.margins(self, self.scene, self._right))
 
     def _drawn(self) -> None:
         """A frame stands: what lies around and over it follows."""
@@ -89,11 +99,12 @@ class Interactor(QWidget):
             return
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(theme(self.scene.look.theme)["view"]))
-        flat_axes.paint(painter, self.plot, self.scene, camera, bar=False)
+        if self.contentsMargins().left():
+            flat_axes.paint(painter, self.plot, self.scene, camera, bar=False)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """The room of the axes follows the size."""
-        self.setContentsMargins(flat_axes.margins(self, self.scene))
+        self._margins()
 
     def _see_all(self) -> None:
         """Once the window has its size."""

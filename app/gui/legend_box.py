@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QLinearGradient, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QWidget
 
@@ -30,8 +30,17 @@ class Row:
     ink: Ink
 
 
+NEEDED: Final = 330
+"""Pixels of a picture beside which the legend finds room of its own."""
+
+
 class LegendBox(QWidget):
-    """An opaque panel in a corner of its parent."""
+    """An opaque panel beside the picture of its parent; over a corner of it where there is no room, or it is asked for.
+
+    `placed` gives the width of the column that it takes at the right of the picture, 0 for none.
+    """
+
+    placed = Signal(int)
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -40,13 +49,20 @@ class LegendBox(QWidget):
         self._rows: list[Row] = []
         self._from: QPointF | None = None
         self._free = False
+        self.corner = "top left"
         self.setCursor(Qt.CursorShape.SizeAllCursor)
         self.setToolTip("What this picture shows of its accuracy, and what it does not. Drag it aside where it is in the way.")
         self.hide()
 
-    def tell(self, legend: Legend | None) -> None:
-        """Show what a legend says; None while there is no picture."""
+    def tell(self, legend: Legend | None, corner: str = "") -> None:
+        """Show what a legend says; None while there is no picture.
+
+        Parameters
+        ----------
+        corner : of the picture, or "right" for beside it
+        """
         self.legend = legend
+        self.corner = corner or self.corner
         self.setVisible(legend is not None)
         self.setAccessibleDescription("\n".join(legend.lines()) if legend else "")
         self.arrange()
@@ -56,12 +72,18 @@ class LegendBox(QWidget):
         if self.legend is None:
             return
         room = self._room()
-        self._rows = self._fitting(room.height() - 24.0 - 2 * PAD)
+        column = round(WIDE + 2 * PAD) + 24
+        beside = self.corner == "right" and not self._free and room.width() - column >= NEEDED
+        brief = not beside and not self._free and room.width() < column + NEEDED
+        self._rows = self._fitting(room.height() - 24.0 - 2 * PAD, brief)
         height = sum(r.height for r in self._rows) + 2 * PAD
         self.resize(QSize(round(WIDE + 2 * PAD), round(height)))
         if not self._free:
-            self.move(12, 12)
+            left = not beside and not self.corner.endswith("right")
+            low = not beside and self.corner.startswith("bottom")
+            self.move(12 if left else room.width() - self.width() - 12, room.height() - self.height() - 12 if low else 12)
         self._inside(self.pos().toPointF())
+        self.placed.emit(column if beside else 0)
         self.update()
 
     def _inside(self, at: QPointF) -> None:
@@ -74,10 +96,10 @@ class LegendBox(QWidget):
 
     # --- rows
 
-    def _fitting(self, room: float) -> list[Row]:
-        """All rows; where they do not fit, fewer of what is not drawn, with their number."""
+    def _fitting(self, room: float, brief: bool) -> list[Row]:
+        """All rows; where they do not fit, or are to be few, fewer of what is not drawn, with their number."""
         assert self.legend is not None
-        for kept in range(len(self.legend.not_drawn), -1, -1):
+        for kept in range(0 if brief else len(self.legend.not_drawn), -1, -1):
             rows = self._all(kept)
             if sum(r.height for r in rows) <= room:
                 return rows
@@ -99,7 +121,8 @@ class LegendBox(QWidget):
             for entry in rest[:kept]:
                 rows += self._entry(entry, notes=False)
             left = len(rest) - kept
-            rows += self._text(f"and {left} more, listed in the budget", role="text 2", indent=SIGNS) if left else []
+            more = f"and {left} more" if kept else numbers.plural(left, "source")
+            rows += self._text(f"{more}, listed in the budget", role="text 2", indent=SIGNS) if left else []
         rows += [_gap(4), *self._text(self.legend.footer, role="text 3")] if self.legend.footer else []
         return rows or self._text("exact: nothing here is in doubt")
 
@@ -185,7 +208,9 @@ class LegendBox(QWidget):
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Move it."""
         if self._from is not None:
-            self._free = True
+            if not self._free:
+                self._free = True
+                self.placed.emit(0)
             self._inside(self.mapToParent(event.position() - self._from))
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:

@@ -37,6 +37,7 @@ class Painted(QWidget):
         self._from: QPointF | None = None
         self._asked = 0
         self._tell = False
+        self._right = 0
         self._whole = True
         self._of: object = None
         self._settle = QTimer(self, singleShot=True, interval=250)
@@ -65,8 +66,16 @@ class Painted(QWidget):
             self._whole = camera is None
         self._draw(scene=scene, camera=camera, fit=first and camera is None, numbers=numbers)
 
+    def reserve(self, right: int) -> None:
+        """Leave a column free at the right of the picture."""
+        if right != self._right:
+            self._right = right
+            self._room()
+            if self.scene is not None:
+                self._draw(fit=self._whole)
+
     def _room(self) -> None:
-        self.setContentsMargins(flat_axes.margins(self, self.scene))
+        self.setContentsMargins(flat_axes.margins(self, self.scene, self._right))
 
     def set_camera(self, camera: Camera) -> None:
         """See from there."""
@@ -140,7 +149,7 @@ class Painted(QWidget):
         if self.camera is not None and not self.flat and self.scene is not None and self.scene.look.axes:
             self._triad(painter, ground)
         painter.setClipping(False)
-        if self.camera is not None and self.scene is not None and not self.contentsMargins().isNull():
+        if self.camera is not None and self.scene is not None and self.contentsMargins().left():
             flat_axes.paint(painter, self.plot, self.scene, self.camera, bar=True)
         if self.hasFocus():
             painter.setPen(QPen(style.colour("action"), 1))

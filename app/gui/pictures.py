@@ -8,6 +8,7 @@ from pathlib import Path
 from app.commands import pictures
 from app.commands.nets import Found
 from app.commands.outbox import Outbox
+from app.commands.pictures import PAGE, Sheet
 from app.engine import document, paths, scheduler
 from app.engine.catalogue import Catalogue
 from app.engine.network import Network
@@ -15,8 +16,9 @@ from modules.data.scene import Scene
 
 
 def write(
-    scene: Scene, node: str, output: str, target: Path, network: Network, path: Path | None, catalogue: Catalogue
-) -> tuple[Path, str]:
+    scene: Scene, node: str, output: str, target: Path, network: Network, path: Path | None, catalogue: Catalogue,
+    sheet: Sheet = PAGE,
+) -> tuple[Path, str]:  # fmt: skip
     """Write the picture and its certificate; (where, its caption). It draws: call it in the studio.
 
     Raises
@@ -28,7 +30,7 @@ def write(
         found = _found(network, path, Path(folder), catalogue)
         out = pictures.Out(node, output, Scene, target.absolute())
         with Outbox() as outbox:
-            caption = pictures.write(scene, out, outbox, found, keys, catalogue)
+            caption = pictures.write(scene, out, outbox, found, keys, catalogue, sheet=sheet)
             outbox.commit()
     return target, caption
 

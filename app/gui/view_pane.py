@@ -34,6 +34,7 @@ class ViewPane(QWidget):
         self.as_saved = False
         self.back: BackEnd = back_end(studio, self)
         self.legend = LegendBox(self.back)
+        self.legend.placed.connect(self.back.reserve)
         self.pick = PickTool(session, self.back, self, self._keys)
         self._wardrobe = Wardrobe()
         self._ranges: Ranges = {}
@@ -148,7 +149,7 @@ class ViewPane(QWidget):
         found = self.session.look("legend", self.node, id(scene), k, job=lambda: (scene, legend(scene, k=k)))
         if isinstance(found, tuple) and isinstance(found[1], Legend):
             if self.legend.legend is not found[1]:
-                self.legend.tell(found[1])
+                self.legend.tell(found[1], scene.look.legend)
 
     def _note(self) -> None:
         state = self.session.state(self.node)
