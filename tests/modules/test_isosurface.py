@@ -139,5 +139,5 @@ def test_worked_cells_can_be_read(figure: Any) -> None:
 
 def test_corners_of_your_own() -> None:
     assert corner_cell(figure="", corners=tuple(range(8))).values[0, 1, 1] == 6
-    with pytest.raises(ValueError, match="eight"):
+    with pytest.raises(ValueError, match="twelve"):
         corner_cell(figure="", corners=(1.0, 2.0))
