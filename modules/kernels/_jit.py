@@ -40,12 +40,22 @@ def inlined(function: Function) -> Function:
     return _compiled(function, forceinline=True)
 
 
+def lean(function: Function) -> Function:
+    """As `jit`, for an inner loop that allocates nothing: its arrays are not counted, so that passing one costs nothing."""
+    return _compiled(function, _nrt=False)
+
+
+def lean_inlined(function: Function) -> Function:
+    """As `inlined`, for a part of a `lean` one."""
+    return _compiled(function, forceinline=True, _nrt=False)
+
+
 def vectorized(function: Function) -> Function:
     """As `inlined`, for arithmetic in a loop over many cells: a division by zero gives inf or nan, as in numpy.
 
     Without the test that it else needs, and without branches, the loop runs on whole vector registers.
     """
-    return _compiled(function, forceinline=True, error_model="numpy")
+    return _compiled(function, forceinline=True, error_model="numpy", _nrt=False)
 
 
 def _compiled(function: Function, **options: Any) -> Function:

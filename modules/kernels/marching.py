@@ -23,7 +23,7 @@ from modules.kernels.marching_cases import Bytes, Floats, Integers, all_polygons
 from modules.kernels.marching_cell import patches
 from modules.kernels.marching_find import REST, SPECIAL, TOP, TRIANGLES, find, words
 from modules.kernels.marching_tables import Tables, tables
-from modules.kernels.marching_write import write
+from modules.kernels.marching_write import room_to_work, write
 
 LAYERS_A_SLAB = 8
 """Each slab looks once more at the last layer of the one before."""
@@ -211,7 +211,7 @@ def _write(
     write(
         grid.values, level, grid.x, grid.y, grid.z, first, first + layers, bases.reshape(-1), before.active, below,
         part.active, part.rows, part.joined, part.patch_count, part.inner, part.patch, table.lowest, table.sides,
-        table.around, table.turned, table.axes, table.start, table.face, ids, failed, points, triangles,
+        table.around, table.turned, table.axes, table.start, table.face, ids, failed, points, triangles, *room_to_work(),
     )  # fmt: skip
     if failed[0]:
         _mend(grid, level, failed[2 : 2 * failed[0] + 2].reshape(-1, 2), points)

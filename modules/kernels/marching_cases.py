@@ -60,6 +60,9 @@ Cell = Any
 int64: Any = np.int64
 """For a number whose type would else depend on the call: a kernel is compiled once more for each literal."""
 
+index: Any = np.uintp
+"""For a place that is never negative: nothing is then done to count from the end."""
+
 
 def new_cell() -> Cell:
     """Room for one cell."""

@@ -4,8 +4,8 @@ A point is sought by going from a slice through the cell to the slice across it 
 point has a closed form without a branch; the secant method closes the gap. Lanes that are done make room for others.
 
 With v the corner that an arc cuts off, b and g the slopes along the two sides from it and d the twist, the shoulder
-point lies (-v / b, -v / g) / (1 + r) from it, r^2 = 1 - d v / (b g). An arc between opposite sides with slopes g and h
-has it 1 / (1 + sqrt(h / g)) of the way.
+point lies (-v g, -v b) / t from it, t = b g + sqrt(b g (b g - d v)), the root with the sign of b g. An arc between
+opposite sides with slopes g and h has it g / t of the way, t = g + sqrt(g h), the root with the sign of g.
 
 Source: Lopes 1999, section 4.2.2.2 and, for the closed forms, equations (3.6) and (3.7) with the ends put in.
 """
@@ -13,7 +13,7 @@ Source: Lopes 1999, section 4.2.2.2 and, for the closed forms, equations (3.6) a
 import math
 from importlib import import_module
 
-from modules.kernels._jit import jit, vectorized
+from modules.kernels._jit import lean, vectorized
 from modules.kernels.marching_cases import Floats
 
 LANES = 64
@@ -25,9 +25,13 @@ MOST_SWEEPS = 12
 NEAR = 2.0**-20
 """Of the cell: a point as near to a face is found in the careful way."""
 
-CORNERS, AT, BEFORE, GAP, ALONG, ACROSS_IT, TURNS = 0, 8, 9, 10, 11, 12, 13
-ROWS = 14
-"""Rows of the lanes: eight corner values; place along the first axis, now and before; the gap there; the other two."""
+TINY = 1e-280
+"""A smaller square may have lost digits, or is 0 where the arc is two lines: then the careful way is taken."""
+
+AT, BEFORE, GAP, ALONG, ACROSS_IT, TURNS, BACK = 8, 9, 10, 11, 12, 13, 14
+ROWS = 15
+"""Rows of the lanes: eight corner values; place along the first axis, now and before; the gap there; the
+other two; rounds of the search; where the other slice leads."""
 
 
 @vectorized
@@ -54,29 +58,38 @@ def shoulder_of(v00: float, v10: float, v01: float, v11: float) -> tuple[float, 
 def from_corner(v: float, va: float, vb: float, vc: float, corner: bool) -> tuple[float, float]:
     """The shoulder point from the corner v that an arc cuts off or, if not `corner`, of an arc across the side to va."""
     b, g, h = va - v, vb - v, vc - va
-    product, twist = b * g, h - g
-    inverse = 1.0 / (product if corner else g)
-    part = 1.0 / (1.0 + math.sqrt((product - twist * v if corner else h) * inverse))
-    scale = -v * part * inverse
-    opposite = -(v + b * part) / (g + twist * part)
-    return scale * g if corner else part, scale * b if corner else opposite
+    bg, twist = b * g, h - g
+    first = bg if corner else g
+    square = first * (bg - twist * v if corner else h)
+    root = math.sqrt(square if square > TINY else math.nan)
+    total = first + root if first > 0.0 else first - root
+    part = 1.0 / total
+    opposite = -(v * total + bg) / (g * (total + twist))
+    return (-v if corner else 1.0) * g * part, -v * b * part if corner else opposite
 
 
-@jit
+@lean
 def sweep(lane: Floats) -> None:
-    """One round of the search in all lanes: two slices, and the next place."""
+    """One round of the search in all lanes: two slices, and the next place; short loops, so that lanes overlap."""
     for n in range(LANES):
         t = lane[AT * LANES + n]
         s = 1.0 - t
         f000, f001, f010, f011 = lane[n], lane[LANES + n], lane[2 * LANES + n], lane[3 * LANES + n]
         f100, f101, f110, f111 = lane[4 * LANES + n], lane[5 * LANES + n], lane[6 * LANES + n], lane[7 * LANES + n]
         p, q = shoulder_of(s * f000 + t * f100, s * f010 + t * f110, s * f001 + t * f101, s * f011 + t * f111)
+        lane[ALONG * LANES + n], lane[ACROSS_IT * LANES + n] = p, q
+    for n in range(LANES):
+        p = lane[ALONG * LANES + n]
         r = 1.0 - p
+        f000, f001, f010, f011 = lane[n], lane[LANES + n], lane[2 * LANES + n], lane[3 * LANES + n]
+        f100, f101, f110, f111 = lane[4 * LANES + n], lane[5 * LANES + n], lane[6 * LANES + n], lane[7 * LANES + n]
         back, _ = shoulder_of(r * f000 + p * f010, r * f100 + p * f110, r * f001 + p * f011, r * f101 + p * f111)
-        gap, gap_before = back - t, lane[GAP * LANES + n]
+        lane[BACK * LANES + n] = back
+    for n in range(LANES):
+        t = lane[AT * LANES + n]
+        gap, gap_before = lane[BACK * LANES + n] - t, lane[GAP * LANES + n]
         lane[AT * LANES + n] = _following(t, gap, lane[BEFORE * LANES + n], gap_before)
         lane[BEFORE * LANES + n], lane[GAP * LANES + n] = t, gap
-        lane[ALONG * LANES + n], lane[ACROSS_IT * LANES + n] = p, q
 
 
 @vectorized
@@ -87,7 +100,7 @@ def _following(t: float, gap: float, t_before: float, gap_before: float) -> floa
     return secant if (abs(gap) < 0.9 * abs(gap_before)) & (secant > 0.0) & (secant < 1.0) else half
 
 
-@jit
+@lean
 def begin(lane: Floats) -> None:
     """The first place in lanes that are new: the mean of the polygon's crossings; their sum so far is in the lane."""
     for n in range(LANES):

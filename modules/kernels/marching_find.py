@@ -6,8 +6,8 @@ The samples become bytes, eight of which are looked at together: where all are o
 import numpy as np
 import numpy.typing as npt
 
-from modules.kernels._jit import inlined, jit
-from modules.kernels.marching_cases import Bytes, Floats, Integers, Masks, int64
+from modules.kernels._jit import lean, lean_inlined
+from modules.kernels.marching_cases import Bytes, Floats, Integers, Masks, index, int64
 from modules.kernels.marching_tables import EARLIER
 
 LOW = np.uint64(0x0F0F0F0F0F0F0F0F)
@@ -33,16 +33,16 @@ def words(nx: int) -> int:
     return (nx + 7) // 8 + 1
 
 
-@inlined
+@lean_inlined
 def _sides(values: Floats, level: float, nx: int, ny: int, k: int, row: int, plane: Bytes) -> int:
     """A byte for each sample of plane k: 1 where it is above, `HOLE` where it is not finite; how many are not."""
     holes = 0
     for j in range(ny):
         begin, to = (k * ny + j) * nx, ((k % 3) * ny + j) * row
+        samples, bytes_ = values[begin : begin + nx], plane[to : to + nx]
         for i in range(nx):
-            sample = values[begin + i]
-            plane[to + i] = np.uint8(sample >= level)
-            holes += sample - sample != 0.0
+            bytes_[i] = np.uint8(samples[i] >= level)
+            holes += samples[i] - samples[i] != 0.0
     if holes:
         for j in range(ny):
             begin, to = (k * ny + j) * nx, ((k % 3) * ny + j) * row
@@ -52,7 +52,7 @@ def _sides(values: Floats, level: float, nx: int, ny: int, k: int, row: int, pla
     return holes
 
 
-@inlined
+@lean_inlined
 def _exists(plane: Bytes, i: int, j: int, k: int, row: int, ny: int) -> bool:
     """Whether the cell has no corner that is not finite."""
     total = 0
@@ -61,7 +61,7 @@ def _exists(plane: Bytes, i: int, j: int, k: int, row: int, ny: int) -> bool:
     return bool(total < HOLE)
 
 
-@jit
+@lean
 def _new_beside_holes(plane: Bytes, i: int, j: int, k: int, row: int, nx: int, ny: int, shared: Masks) -> int:
     """Bits of the vertices that no earlier neighbour has."""
     mask = (1 << 24) - 1
@@ -72,7 +72,7 @@ def _new_beside_holes(plane: Bytes, i: int, j: int, k: int, row: int, nx: int, n
     return mask
 
 
-@jit
+@lean
 def find(
     values: Floats, nx: int, ny: int, level: float, first: int, last: int, plane: Bytes, word: Words, active: Integers,
     row_start: Integers, special: Integers, counts: Integers,
@@ -102,10 +102,11 @@ def find(
         for j in range(ny - 1):
             row_start[(k - first) * (ny - 1) + j] = found
             w0, w1 = ((k % 3) * ny + j) * width, (((k + 1) % 3) * ny + j) * width
-            four = word[w0] | (word[w1] << ONE) | (word[w0 + width] << TWO) | (word[w1 + width] << THREE)
+            a, b = word[w0 : w0 + width], word[w1 : w1 + width]
+            c, d = word[w0 + width : w0 + 2 * width], word[w1 + width : w1 + 2 * width]
+            four = a[0] | (b[0] << ONE) | (c[0] << TWO) | (d[0] << THREE)
             for w in range(width - 1):
-                a, b = w0 + w + 1, w1 + w + 1
-                after = word[a] | (word[b] << ONE) | (word[a + width] << TWO) | (word[b + width] << THREE)
+                after = a[w + 1] | (b[w + 1] << ONE) | (c[w + 1] << TWO) | (d[w + 1] << THREE)
                 following = (four >> EIGHT) | (after << REST_OF_WORD)
                 eight = (four & LOW) | ((following & LOW) << FOUR)
                 bad = (four | following) & HOLES if holes else EMPTY
@@ -120,16 +121,16 @@ def find(
                     if holes:
                         mask = used[code] & _new_beside_holes(plane, i, j, k, row, nx, ny, shared)
                     else:
-                        mask = used[code] & open_[(i == 0) | ((j == 0) << 1) | ((k == 0) << 2)]
-                    active[found] = (i << 32) | (mask << 8) | code
+                        mask = used[index(code)] & open_[(i == 0) | ((j == 0) << 1) | ((k == 0) << 2)]
+                    active[index(found)] = (i << 32) | (mask << 8) | code
                     found += 1
                     upper = mask & UPPER
-                    high = ones[upper & 4095] + ones[upper >> 12]
+                    high = ones[index(upper & 4095)] + ones[index(upper >> 12)]
                     top += high
-                    rest += ones[mask & 4095] + ones[mask >> 12] - high
-                    if sides[code]:
+                    rest += ones[index(mask & 4095)] + ones[index(mask >> 12)] - high
+                    if sides[index(code)]:
                         rest += 1
-                        triangles += 2 * sides[code]
+                        triangles += 2 * sides[index(code)]
                     else:
                         special[strange] = (k * ny + j) * nx + i
                         strange += 1

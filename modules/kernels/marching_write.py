@@ -8,8 +8,8 @@ from importlib import import_module
 
 import numpy as np
 
-from modules.kernels._jit import inlined, jit
-from modules.kernels.marching_cases import EDGE_ENDS, FACE_CORNERS, FACE_EDGES, INNER, Bytes, Floats, Integers, Masks, int64
+from modules.kernels._jit import lean, lean_inlined
+from modules.kernels.marching_cases import EDGE_ENDS, INNER, Bytes, Floats, Integers, Masks, index, int64
 from modules.kernels.marching_centres import (
     ACROSS_IT,
     ALONG,
@@ -24,12 +24,11 @@ from modules.kernels.marching_centres import (
     ROWS,
     TURNS,
     begin,
-    from_corner,
     sweep,
 )
+from modules.kernels.marching_faces import FACE_LANES, FACE_ROWS, FACE_TAGS, seek_face, settle_faces
 from modules.kernels.marching_find import UPPER
-from modules.kernels.marching_points import crossing, place_shoulder
-from modules.kernels.marching_tables import AMBIGUOUS
+from modules.kernels.marching_points import crossing
 
 TAGS = 5
 """Rows of what is known of the cell in a lane: its point, column, row, layer, code."""
@@ -51,14 +50,17 @@ def _places() -> Integers:
     return place
 
 
-REST, UP, TRIANGLE, STRANGE, INNER_AT, PATCH_AT, FILLED = range(7)
-"""What is kept of the state: numbers of the next vertices and triangle; places in the patches; lanes in use."""
+REST, UP, TRIANGLE, STRANGE, INNER_AT, PATCH_AT, FILLED, FACES = range(8)
+"""What is kept of the state: numbers of the next vertices and triangle; places in the patches; lanes in use, for inner
+points and for faces."""
+
+FACE_ROOM, FACE_ROOMS = 48 + FACE_ROWS * FACE_LANES, 48 + FACE_TAGS * FACE_LANES
 
 PLACE = _places()
 """Of each vertex: where its number is kept."""
 
 
-@inlined
+@lean_inlined
 def _starts(start: Integers, j: int, k: int, nx: int, ny: int) -> None:
     """Where the numbers of the vertices of the first cell of a row are kept; those of the i-th lie 4 i further."""
     for v in range(24):
@@ -72,58 +74,26 @@ def _starts(start: Integers, j: int, k: int, nx: int, ny: int) -> None:
         start[v] = 4 * (base + PLACE[v, 1]) + PLACE[v, 3]
 
 
-@inlined
+@lean_inlined
 def _place_edge(f: Floats, edge: int, ends: Floats, point: Floats, n: int) -> None:
     """The crossing on an edge."""
-    axis, low = edge >> 2, EDGE_ENDS[edge, 0]
-    t = crossing(f[low], f[EDGE_ENDS[edge, 1]])
-    point[n, 0], point[n, 1], point[n, 2] = ends[low >> 2], ends[2 + ((low >> 1) & 1)], ends[4 + (low & 1)]
-    point[n, axis] = (1.0 - t) * ends[2 * axis] + t * ends[2 * axis + 1]
+    axis, low = edge >> 2, EDGE_ENDS[index(edge), 0]
+    t = crossing(f[index(low)], f[index(EDGE_ENDS[index(edge), 1])])
+    point[index(n), 0], point[index(n), 1] = ends[index(low >> 2)], ends[index(2 + ((low >> 1) & 1))]
+    point[index(n), 2] = ends[index(4 + (low & 1))]
+    point[index(n), index(axis)] = (1.0 - t) * ends[index(2 * axis)] + t * ends[index(2 * axis + 1)]
 
 
-@inlined
-def _place_face(
-    f: Floats, face: int, slot: int, joined: int, rows: Bytes, row: int, ends: Floats, point: Floats, n: int
-) -> None:
-    """The shoulder point of an arc on a face."""
-    if rows[row + 4] != AMBIGUOUS:
-        own, along, across = rows[row], rows[row + 5], rows[row + 6]
-        p, q = from_corner(f[own], f[rows[row + 1]], f[rows[row + 2]], f[rows[row + 3]], rows[row + 4] == 1)
-        if NEAR < p < 1.0 - NEAR and NEAR < q < 1.0 - NEAR:
-            p = 1.0 - p if own & (4 >> along) else p
-            q = 1.0 - q if own & (4 >> across) else q
-            point[n, face >> 1] = ends[face]
-            point[n, along] = (1.0 - p) * ends[2 * along] + p * ends[2 * along + 1]
-            point[n, across] = (1.0 - q) * ends[2 * across] + q * ends[2 * across + 1]
-            return
-    _place_face_carefully(f, face, slot, joined, ends, point, n)
-
-
-@jit
-def _place_face_carefully(f: Floats, face: int, slot: int, joined: int, ends: Floats, point: Floats, n: int) -> None:
-    first, second, around, at = -1, -1, 0, np.empty(3)
-    for c in range(4):
-        around |= (f[FACE_CORNERS[face, c]] >= 0.0) << c
-    if around == 5 or around == 10:
-        first, second = (2 * slot, 2 * slot + 1) if (joined >> face) & 1 else ((3, 0) if slot == 0 else (1, 2))
-    else:
-        for c in range(4):
-            if ((around >> c) ^ (around >> ((c + 1) % 4))) & 1:
-                first, second = (c, second) if first < 0 else (first, c)
-    place_shoulder(f, face, FACE_EDGES[face, first], FACE_EDGES[face, second], at)
-    for axis in range(3):
-        point[n, axis] = (1.0 - at[axis]) * ends[2 * axis] + at[axis] * ends[2 * axis + 1]
-
-
-@jit
+@lean
 def _settle(
-    lane: Floats, tag: Integers, state: Integers, point: Floats, failed: Integers, axes: Bytes, x: Floats, y: Floats, z: Floats
+    lane: Floats, tag: Integers, state: Integers, point: Floats, failed: Integers, axes: Bytes, x: Floats, y: Floats, z: Floats,
+    at: Floats,
 ) -> None:
     """Search in all lanes; the points of those that are done are written, the others moved together."""
     begin(lane)
     for _ in range(ROUNDS):
         sweep(lane)
-    at, left = np.empty(3), 0
+    left = 0
     for n in range(state[FILLED]):
         t, p, q = lane[BEFORE * LANES + n], lane[ALONG * LANES + n], lane[ACROSS_IT * LANES + n]
         gap, turns = abs(lane[GAP * LANES + n]), lane[TURNS * LANES + n] + 1.0
@@ -148,7 +118,18 @@ def _settle(
     state[FILLED] = left
 
 
-@inlined
+@lean_inlined
+def _make_room(
+    lane: Floats, tag: Integers, state: Integers, values: Floats, level: float, x: Floats, y: Floats, z: Floats,
+    point: Floats, spare: Floats,
+) -> None:
+    """Lanes for all faces of a cell."""
+    if state[FACES] > FACE_LANES - 12:
+        settle_faces(lane, tag, state[FACES], values, level, x, y, z, point, spare)
+        state[FACES] = 0
+
+
+@lean_inlined
 def _number_again(i: int, mask: int, start: Integers, ids: Masks, state: Integers) -> None:
     """The numbers that the slab below gave to new vertices of a cell in its upper plane."""
     upper = (mask & UPPER) >> 1
@@ -159,64 +140,68 @@ def _number_again(i: int, mask: int, start: Integers, ids: Masks, state: Integer
         upper >>= 1
 
 
-@inlined
+@lean_inlined
 def _vertices(
-    f: Floats, i: int, mask: int, code: int, joined: int, lowest: Bytes, face: Bytes, start: Integers,
-    ids: Masks, state: Integers, ends: Floats, point: Floats,
+    f: Floats, i: int, node: int, mask: int, code: int, joined: int, lowest: Bytes, face: Bytes, start: Integers,
+    ids: Masks, state: Integers, ends: Floats, point: Floats, lane: Floats, tag: Integers, at: Floats,
 ) -> None:
     """The new vertices of a cell."""
     edges, faces = mask & 4095, mask >> 12
     while edges:
-        v = int64(lowest[edges])
+        v = int64(lowest[index(edges)])
         edges &= edges - 1
         upper = (UPPER >> v) & 1
-        number = state[upper]
-        state[upper] = number + 1
-        ids[start[v] + 4 * i] = number
+        number = state[index(upper)]
+        state[index(upper)] = number + 1
+        ids[index(start[index(v)] + 4 * i)] = number
         _place_edge(f, v, ends, point, number)
     while faces:
-        v = int64(lowest[faces])
+        v = int64(lowest[index(faces)])
         faces &= faces - 1
         upper = (UPPER >> (v + 12)) & 1
-        number = state[upper]
-        state[upper] = number + 1
-        ids[start[v + 12] + 4 * i] = number
-        _place_face(f, v >> 1, v & 1, joined, face, (6 * code + (v >> 1)) * 8, ends, point, number)
+        number = state[index(upper)]
+        state[index(upper)] = number + 1
+        ids[index(start[index(v + 12)] + 4 * i)] = number
+        state[FACES] = seek_face(
+            f, v >> 1, v & 1, joined, face, (6 * code + (v >> 1)) * 8, ends, point, number, node, lane, tag, state[FACES], at
+        )
 
 
-@inlined
+@lean_inlined
 def _fan(
     i: int, code: int, sides: Bytes, around: Bytes, start: Integers, ids: Masks, state: Integers, triangle: Integers
 ) -> int:
     """The triangles about the inner point of a simple cell; the point's number."""
     centre: int = state[REST]
     t, m = state[TRIANGLE], 2 * int64(sides[code])
-    previous = ids[start[around[12 * code + m - 1]] + 4 * i]
+    previous = ids[index(start[around[index(12 * code + m - 1)]] + 4 * i)]
     for c in range(m):
-        this = ids[start[around[12 * code + c]] + 4 * i]
-        triangle[t, 0], triangle[t, 1], triangle[t, 2] = previous, this, centre
+        this = ids[index(start[around[index(12 * code + c)]] + 4 * i)]
+        triangle[index(t), 0], triangle[index(t), 1], triangle[index(t), 2] = previous, this, centre
         previous = this
         t += 1
     state[REST], state[TRIANGLE] = centre + 1, t
     return centre
 
 
-@inlined
+@lean_inlined
 def _seek(
     f: Floats, code: int, turned: Bytes, start_of: Bytes, centre: int, i: int, j: int, k: int, lane: Floats, tag: Integers,
     state: Integers,
 ) -> None:
     """A lane for the inner point of a simple cell."""
-    n = state[FILLED]
+    n = index(state[FILLED])
     for c in range(8):
-        lane[c * LANES + n] = f[turned[8 * code + c]]
-    lane[AT * LANES + n], lane[GAP * LANES + n] = float(start_of[2 * code + 1]), 1.0 / float(start_of[2 * code])
-    lane[TURNS * LANES + n] = 0.0
-    tag[n], tag[LANES + n], tag[2 * LANES + n], tag[3 * LANES + n], tag[4 * LANES + n] = centre, i, j, k, code
-    state[FILLED] = n + 1
+        lane[index(c * LANES) + n] = f[turned[index(8 * code + c)]]
+    lane[index(AT * LANES) + n] = float(start_of[index(2 * code + 1)])
+    lane[index(GAP * LANES) + n] = 1.0 / float(start_of[index(2 * code)])
+    lane[index(TURNS * LANES) + n] = 0.0
+    tag[n], tag[index(LANES) + n], tag[index(2 * LANES) + n] = centre, i, j
+    tag[index(3 * LANES) + n], tag[index(4 * LANES) + n] = k, code
+    state[FILLED] += 1
 
 
-@inlined
+@lean_inlined
 def _patch(
     i: int, patch_count: Integers, inner: Floats, patch: Bytes, start: Integers, ids: Masks, state: Integers, ends: Floats,
     point: Floats, triangle: Integers,
@@ -238,12 +223,18 @@ def _patch(
     state[TRIANGLE], state[STRANGE], state[INNER_AT], state[PATCH_AT] = t, strange + 1, points, corners
 
 
-@jit
+def room_to_work() -> tuple[Floats, Integers]:
+    """Room for the lanes and one cell."""
+    return np.zeros(FACE_ROOM + ROWS * LANES), np.zeros(FACE_ROOMS + TAGS * LANES, np.int64)
+
+
+@lean
 def write(
     values: Floats, level: float, x: Floats, y: Floats, z: Floats, first: int, last: int, base: Integers,
     below: Integers, below_start: Integers, active: Integers, row_start: Integers, joined: Integers, patch_count: Integers,
     inner: Floats, patch: Bytes, lowest: Bytes, sides: Bytes, around: Bytes, turned: Bytes, axes: Bytes,
-    start_of: Bytes, face: Bytes, ids: Masks, failed: Integers, point: Floats, triangle: Integers,
+    start_of: Bytes, face: Bytes, ids: Masks, failed: Integers, point: Floats, triangle: Integers, room: Floats,
+    rooms: Integers,
 ) -> None:
     """The points and triangles of layers first to last - 1.
 
@@ -252,11 +243,13 @@ def write(
     base : (last - first + 1, 3) of the layer below and of each: first vertex in its upper plane, other vertex, triangle
     below, below_start : active cells and rows of the layer below, whose upper vertices are counted again
     ids : where the numbers of vertices are kept
+    room, rooms : as of `room_to_work`
     failed : gets how many inner points were not found and, from its item 2 on, the number and first node of each
     """
     nx, ny = x.size, y.size
-    step, start, f, ends, state = np.empty(8, np.int64), np.empty(24, np.int64), np.empty(8), np.empty(6), np.zeros(8, np.int64)
-    lane, tag = np.zeros(ROWS * LANES), np.zeros(TAGS * LANES, np.int64)
+    lane, face_lane, f, ends, at = room[FACE_ROOM:], room[48:FACE_ROOM], room[0:8], room[8:14], room[16:19]
+    spare = room[24:41]
+    tag, face_tag, step, start, state = rooms[FACE_ROOMS:], rooms[48:FACE_ROOMS], rooms[0:8], rooms[8:32], rooms[32:40]
     for c in range(8):
         step[c] = ((c & 1) * ny + ((c >> 1) & 1)) * nx + (c >> 2)
     for k in range(max(first - 1, 0), last):
@@ -272,26 +265,30 @@ def write(
             _starts(start, j, k, nx, ny)
             ends[2], ends[3] = y[j], y[j + 1]
             for n in range(begin_at, end_at):
-                entry = cells[n]
+                entry = cells[index(n)]
                 i, mask, code = entry >> 32, (entry >> 8) & 0xFFFFFF, entry & 255
                 if k < first:
                     _number_again(i, mask, start, ids, state)
                     continue
                 node = (k * ny + j) * nx + i
                 for c in range(8):
-                    f[c] = values[node + step[c]] - level
+                    f[c] = values[index(node + step[c])] - level
                 ends[0], ends[1] = x[i], x[i + 1]
                 join = 0 if sides[code] else joined[state[STRANGE]]
-                _vertices(f, i, mask, code, join, lowest, face, start, ids, state, ends, point)
+                _make_room(face_lane, face_tag, state, values, level, x, y, z, point, spare)
+                _vertices(
+                    f, i, node, mask, code, join, lowest, face, start, ids, state, ends, point, face_lane, face_tag, at
+                )
                 if sides[code]:
                     centre = _fan(i, code, sides, around, start, ids, state, triangle)
                     _seek(f, code, turned, start_of, centre, i, j, k, lane, tag, state)
                     while state[FILLED] == LANES:
-                        _settle(lane, tag, state, point, failed, axes, x, y, z)
+                        _settle(lane, tag, state, point, failed, axes, x, y, z, at)
                 else:
                     _patch(i, patch_count, inner, patch, start, ids, state, ends, point, triangle)
+    settle_faces(face_lane, face_tag, state[FACES], values, level, x, y, z, point, spare)
     while state[FILLED]:
-        _settle(lane, tag, state, point, failed, axes, x, y, z)
+        _settle(lane, tag, state, point, failed, axes, x, y, z, at)
 
 
 def warm() -> None:
