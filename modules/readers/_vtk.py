@@ -1,4 +1,4 @@
-"""VTK files as samples; what was stored of their accuracy comes along."""
+"""Volumes and meshes as samples: VTK's own files with what was stored of their accuracy, and those of other programs."""
 
 from __future__ import annotations
 
@@ -13,9 +13,12 @@ from modules.data.exchange import READ, ExchangeError, load
 from modules.data.grid import Grid, Rectilinear, Regular
 from modules.data.operators import Gather, Operator, select
 from modules.data.wires import Samples
+from modules.readers import _nrrd, _others
 from modules.readers._files import ReadError, existing, fits, memory, nearest, short, unreadable
 
-SUFFIXES = tuple(s for s in READ if s != ".vtp")
+OWN = tuple(s for s in READ if s != ".vtp")
+NRRD = (".nrrd", ".nhdr")
+SUFFIXES = (*OWN, *NRRD, *_others.SUFFIXES)
 
 
 def samples(path: Path, name: str) -> Samples:
@@ -25,10 +28,14 @@ def samples(path: Path, name: str) -> Samples:
     ------
     ReadError : damaged, no such array, or shapes without samples
     """
-    known = peek(path)
     if path.stat().st_size > memory() / 2:
         size = f"{path.stat().st_size / 2**30:.3g} GiB, more than half of the memory here"
         raise ReadError(f"{path.name!r} has {size}: cut a part out of it with another program")
+    if path.suffix.lower() in NRRD:
+        return _nrrd.samples(path, name)
+    if path.suffix.lower() not in OWN:
+        return _others.samples(path, name)
+    known = peek(path)
     if "shape" in known:
         fits(path, known["shape"])
     names = known["names"]
@@ -45,6 +52,10 @@ def samples(path: Path, name: str) -> Samples:
 
 def peek(path: Path) -> dict[str, Any]:
     """Names and shape from the header of an XML file; nothing of an old one, which has no header to look at alone."""
+    if path.suffix.lower() in NRRD:
+        return _nrrd.peek(path)
+    if path.suffix.lower() not in OWN:
+        return _others.peek(path)
     if path.suffix.lower() == ".vtk":
         return {"names": ()}
     import pyvista as pv
@@ -63,6 +74,11 @@ def peek(path: Path) -> dict[str, Any]:
         return facts
     except Exception as error:  # VTK's readers raise what they like
         raise ReadError(f"{path.name!r} cannot be read ({short(error)}): copy or download it again") from error
+
+
+def beside(path: Path) -> list[Path]:
+    """Files that are read with it."""
+    return _nrrd.companions(path) if path.suffix.lower() in NRRD else _others.companions(path)
 
 
 def _whole_extent() -> Any:

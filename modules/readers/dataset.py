@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,7 +19,15 @@ def peek(path: Path) -> Mapping[str, Any]:
         return problem(error)
 
 
-@reader("Read data set", output="samples", peek=peek, aliases=("vtk", "volume", "vti", "vtu"))
+def companions(path: Path) -> Sequence[Path]:
+    """Files that are read with it: what a header or a collection names."""
+    return _vtk.beside(path)
+
+
+@reader(
+    "Read data set", output="samples", peek=peek, companions=companions,
+    aliases=("vtk", "volume", "vti", "vtu", "nrrd", "nifti", "metaimage", "dicom", "plot3d", "ensight", "cgns"),
+)  # fmt: skip
 def dataset(
     *,
     path: Path | None = None,
@@ -33,7 +41,8 @@ def dataset(
 ) -> Samples:
     """Scalars, vectors or tensors on a regular, rectilinear, curvilinear or unstructured grid.
 
-    Reads .vti, .vtr, .vts, .vtu and .vtk.
+    Reads VTK's .vti, .vtr, .vts, .vtu, .vtk and collections of them; NRRD, NIfTI, MetaImage, DICOM series, EnSight, CGNS
+    and PLOT3D (by its .p3d). Of several blocks one is read: "block/array".
 
     Parameters
     ----------
