@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QPointF, QRectF, QTimer
@@ -307,6 +307,20 @@ class Board(QGraphicsScene):
     def mark_at(self, place: QPointF) -> MarkItem | None:
         """The note at a place, or the frame whose title or corner is there."""
         return next((m for m in reversed(self.marks) if m.takes(place)), None)
+
+    def ends(self, item: NodeItem, held: Container[str]) -> list[tuple[float, float, QRectF]]:
+        """Of each wire of a node to one that is not held: height of its socket in the node, of that at the other end; node."""
+        found = []
+        for end in self._touching.get(item.node.id, ()):
+            line = self.lines[end]
+            out = line.origin[0] == item.node.id
+            other = self.nodes[end[0] if out else line.origin[0]]
+            start, stop = self.nodes[line.origin[0]].plug(line.origin[1], True), self.nodes[end[0]].plug(end[1], False, end[2])
+            if start is None or stop is None or other.node.id in held:
+                continue
+            mine, theirs = (start, stop) if out else (stop, start)
+            found.append((mine.y, other.where(theirs).y(), other.scene_rect()))
+        return found
 
     def colour(self) -> None:
         """Draw all in another theme."""

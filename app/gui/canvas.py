@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QLineF, QPoint, QPointF, QRect, QRectF, Qt, Signal
 from PySide6.QtGui import (
     QContextMenuEvent,
     QCursor,
@@ -76,6 +76,7 @@ class Canvas(QGraphicsView):
         self.gesture: Gesture | None = None
         self.wire: Socket | None = None
         self.band = QRectF()
+        self.guides: tuple[QLineF, ...] = ()
         self.spaced = self.panned = False
         self._fresh = True
         self.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -267,7 +268,12 @@ class Canvas(QGraphicsView):
             painter.drawPoints([QPointF(x, y) for y in range(y0, int(area.bottom()) + DOTS, DOTS)])
 
     def drawForeground(self, painter: QPainter, rect: QRectF | QRect) -> None:
-        """The rubber band, and what an empty canvas says."""
+        """The rubber band, guides, and what an empty canvas says."""
+        if self.guides:
+            pen = QPen(self.look["action"], 1, Qt.PenStyle.DashLine)
+            pen.setCosmetic(True)
+            painter.setPen(pen)
+            painter.drawLines(list(self.guides))
         if not self.band.isNull():
             line = QPen(self.look["action"], 1)
             line.setCosmetic(True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol
 from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
 
 from app.engine.network import Network, Socket
-from app.gui import edits
+from app.gui import edits, guides
 from app.gui.items import NodeItem
 from app.gui.layout import snap
 from app.gui.marks import MarkItem
@@ -106,11 +106,28 @@ class Move:
         lead = (self.nodes or self.marks)[0][1]
         near = 4 / self.canvas.zoom
         step = QPointF(_step(lead.x(), by.x(), near), _step(lead.y(), by.y(), near))
+        if self.nodes:
+            step = self._guided(by, step, near)
         for item, place in (*self.nodes, *self.marks):
             item.setPos(place + step)
         self.canvas.board.route(n.node.id for n, _ in self.nodes)
         if self.loose:
             self._look_for_wire(self.nodes[0][0])
+
+    def _guided(self, by: QPointF, step: QPointF, near: float) -> QPointF:
+        """Where guides are near, to them; else to the grid."""
+        item, place = self.nodes[0]
+        held = {n.node.id for n, _ in self.nodes}
+        others = [i.scene_rect() for name, i in self.canvas.board.nodes.items() if name not in held]
+        rows = [(place.y() + by.y() + mine, y, rect) for mine, y, rect in self.canvas.board.ends(item, held)]
+        found = guides.find(item.rect.translated(place + by), others, rows)
+        moved = [abs(by.x()) > near, abs(by.y()) > near]
+        self.canvas.guides = tuple(line for line in found.lines if moved[line.x1() != line.x2()])
+        self.canvas.viewport().update()
+        return QPointF(
+            by.x() + found.dx if found.dx is not None and moved[0] else step.x(),
+            by.y() + found.dy if found.dy is not None and moved[1] else step.y(),
+        )
 
     def _look_for_wire(self, item: NodeItem) -> None:
         found = self.canvas.board.wire_at(item.scene_rect().center())
@@ -127,6 +144,7 @@ class Move:
 
     def release(self, at: QPoint) -> None:
         """One edit, if anything moved."""
+        self._unguided()
         if not self.moved:
             return
         session = self.canvas.session
@@ -144,9 +162,16 @@ class Move:
 
     def cancel(self) -> None:
         """Put all back."""
+        self._unguided()
         for item, place in (*self.nodes, *self.marks):
             item.setPos(place)
         self.canvas.board.route(n.node.id for n, _ in self.nodes)
+
+
+    def _unguided(self) -> None:
+        if self.canvas.guides:
+            self.canvas.guides = ()
+            self.canvas.viewport().update()
 
 
 def _step(start: float, by: float, near: float) -> float:

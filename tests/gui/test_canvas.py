@@ -501,3 +501,35 @@ def spent(work: Callable[[], object]) -> float:
     start = time.thread_time()
     work()
     return time.thread_time() - start
+
+
+# --- guides
+
+
+def test_a_node_that_is_dragged_is_attracted_by_edges_and_straight_wires(canvas: Canvas) -> None:
+    session = canvas.session
+    session.edit("Move", session.network.move({"lines": (700.0, 200.0)}))
+    canvas.set_zoom(1.0)
+    canvas.centerOn(600, 100)
+    item, above = canvas.board.nodes["lines"], canvas.board.nodes["contour"]
+    start = head(canvas, "lines")
+    goal = QPointF(above.pos().x() + 3, 200 + 64) - item.pos()
+    drag(canvas, start, start + goal.toPoint(), let_go=False)
+    assert item.pos().x() == above.pos().x(), "left edges in line"
+    assert any(line.x1() == line.x2() == above.pos().x() for line in canvas.guides)
+    QTest.mouseRelease(canvas.viewport(), LEFT, NONE, start + goal.toPoint())
+    assert not canvas.guides and session.network["lines"].view["position"][0] == above.pos().x()
+    socket_at = above.plug("lines", True)
+    mine = item.plug("geometry", False)
+    assert socket_at is not None and mine is not None
+    start = head(canvas, "lines")
+    up = above.pos().y() + socket_at.y - mine.y - item.pos().y()
+    drag(canvas, start, start + QPoint(250, round(up) + 3))
+    assert item.where(mine).y() == above.where(socket_at).y(), "the wire is straight"
+
+
+def test_far_from_any_guide_the_grid_holds(canvas: Canvas) -> None:
+    item = canvas.board.nodes["lines"]
+    start = head(canvas, "lines")
+    drag(canvas, start, start + QPoint(57, 309))
+    assert (item.pos().x() % 8, item.pos().y() % 8) == (0.0, 0.0)
