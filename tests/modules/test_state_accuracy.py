@@ -1,5 +1,6 @@
 """What a person states of the errors of data: sizes, correlation, identity, and what is refused."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -168,7 +169,7 @@ GRID = field().grid
     ({"correlation": "length", "kind": "bound"}, "a bound has no correlation length"),
     ({"other": Samples(grid=GRID, values=np.ones(SHAPE), accuracy=EXACT)}, "choose form 'field'"),
     ({"other": field(spacing=(1.0, 1.0)), "form": "field"}, "resample it first"),
-    ({"other": Samples(grid=GRID, values=np.ones(SHAPE), unit="ft", accuracy=EXACT), "form": "field"}, "convert it first"),
+    ({"other": Samples(grid=GRID, values=np.ones(SHAPE), unit="degC", accuracy=EXACT), "form": "field"}, "different things"),
     ({"other": Samples(grid=GRID, values=-np.ones(SHAPE), accuracy=EXACT), "form": "field"}, "negative or not known"),
     ({"other": Samples(grid=GRID, values=np.full(SHAPE, np.nan), accuracy=EXACT), "form": "field"}, "negative or not known"),
     ({"other": Samples(grid=GRID, values=np.ones((*SHAPE, 3)), accuracy=EXACT), "form": "field"}, "take as many"),
@@ -193,3 +194,55 @@ def test_a_source_is_stated_once() -> None:
 
 def test_a_rectilinear_grid_is_what_it_says() -> None:
     assert isinstance(uneven().grid, Rectilinear)
+
+
+def test_a_formula_of_place_and_value_gives_the_sizes() -> None:
+    values = np.random.default_rng(3).normal(100, 20, SHAPE)
+    values[0, 5] = np.nan
+    samples = field(values)
+    term = state_accuracy(samples, form="formula", formula="0.1 + 0.02 * x + 0.01 * abs(v)", amount=2.0).accuracy.terms[0]
+    x = samples.grid.points()[:, 0]
+    wanted = 2 * (0.1 + 0.02 * x + 0.01 * np.abs(samples.values.ravel()))
+    np.testing.assert_allclose(term.error(), np.nan_to_num(wanted, nan=0.0))
+    assert "0.1 + 0.02 * x + 0.01 * abs(v) times 2 m" in term.source.rule
+
+
+def test_members_give_their_spread_in_the_unit_of_the_samples() -> None:
+    rng = np.random.default_rng(8)
+    samples = field()
+    some = [replace(samples, values=(samples.values + rng.normal(0, 3, SHAPE)) * 100, unit="cm") for _ in range(5)]
+    got = state_accuracy(samples, None, some, form="members", source="models")
+    spread = np.std([m.values / 100 for m in some], axis=0, ddof=1)
+    term = got.accuracy.terms[-1]
+    np.testing.assert_allclose(term.error(), spread.ravel(), rtol=1e-9)
+    assert term.source.rigour == "sampled" and term.kind == "members" and "5 realisations" in term.source.rule
+
+
+def test_a_judgement_is_named_as_one() -> None:
+    got = state_accuracy(field(), amount=3.0, basis="judged", who="A. Expert", error="Reading of the old map")
+    assert got.accuracy.terms[0].name == "Reading of the old map, as judged by A. Expert"
+    assert "A. Expert judges, and did not measure, a standard deviation of 3 m" in got.accuracy.terms[0].source.rule
+
+
+def test_a_field_in_another_unit_is_converted() -> None:
+    samples = field()
+    sizes = replace(samples, values=np.full(SHAPE, 250.0), unit="cm", accuracy=EXACT)
+    np.testing.assert_allclose(state_accuracy(samples, sizes, form="field").accuracy.terms[0].error(), 2.5)
+    with pytest.raises(ValueError, match="different things"):
+        state_accuracy(samples, replace(sizes, unit="s"), form="field")
+
+
+@pytest.mark.parametrize(("members", "given", "words"), [
+    (0, {"form": "members"}, "wire members"), (2, {}, "only then"), (1, {"form": "members"}, "no spread"),
+    (0, {"form": "formula", "formula": "v - 1000"}, "no size at"), (0, {"form": "formula", "formula": "q + 1"}, "q"),
+])  # fmt: skip
+def test_statements_that_say_nothing_are_refused(members: int, given: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        state_accuracy(field(), None, [field()] * members, **given)
+
+
+def test_members_that_lie_elsewhere_are_refused() -> None:
+    with pytest.raises(ValueError, match="elsewhere"):
+        state_accuracy(field(), None, [field(spacing=(1.0, 1.0))] * 2, form="members")
+    with pytest.raises(ValueError, match="holes"):
+        state_accuracy(field(), None, [field(), field(np.full(SHAPE, np.nan))], form="members")
