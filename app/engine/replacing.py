@@ -109,17 +109,20 @@ def _fits(nodes: dict[str, Node], end: Socket, origin: Origin, catalogue: Catalo
 
 
 def suggestions(network: Network, node: str, catalogue: Catalogue) -> list[tuple[Module, Replaced]]:
-    """All modules with what they would keep: those that lose fewest first, then those of the most similar name."""
+    """All modules with what they would keep: those of nearly its name first, then those that lose fewest wires."""
     old = network[node]
     name = old.module.rsplit(".", 1)[-1]
     here = catalogue.get(old.module)
     found = [(m, replaced(network, node, m.id, catalogue)) for m in catalogue if m is not here]
 
-    def rank(one: tuple[Module, Replaced]) -> tuple[int, int, float, str]:
+    room = here.room if here else old.module.split(".")[0]
+
+    def rank(one: tuple[Module, Replaced]) -> tuple[int, int, int, int, float, str]:
         module, done = one
         names = (module.id.rsplit(".", 1)[-1], *module.aliases, module.title.lower())
         alike = max(difflib.SequenceMatcher(None, name, other).ratio() for other in names)
         close = alike > 0.8 or name in (n.rsplit(".", 1)[-1] for n in module.was)
-        return (0 if close else 1, len(done.lost), -alike, module.title)
+        wires = sum(one.startswith("the wire") for one in done.lost)
+        return (0 if close else 1, wires, 0 if module.room == room else 1, len(done.lost), -alike, module.title)
 
     return sorted(found, key=rank)

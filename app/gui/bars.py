@@ -14,8 +14,8 @@ from app.gui import style
 from app.theme import SIZES
 
 ROW: Final = 25
-SIGN, NAME, MADE, NUMBER = 26, 220, 74, 92
-"""Widths of columns; the bar takes the rest."""
+SIGN, NAME, MADE = 26, 240, 200
+"""Widths of columns, at most; the bar takes the rest."""
 WORDS: Final = {
     "exact": "exact", "proven": "at most, proven", "estimated": "about", "sampled": "in draws", "unknown": "not known",
 }  # fmt: skip
@@ -58,12 +58,11 @@ class Bars(QWidget):
     chosen = Signal(object)
     asked = Signal(object)
 
-    def __init__(self, made: int = MADE) -> None:
+    def __init__(self) -> None:
         super().__init__()
         self.rows: tuple[Row, ...] = ()
         self.buttons: list[QPushButton] = []
         self.at = 0
-        self.made = made
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Minimum)
         self.setAccessibleName("Sources of error")
 
@@ -95,12 +94,23 @@ class Bars(QWidget):
         """All rows."""
         return QSize(500, ROW * len(self.rows) + 4)
 
+    def columns(self) -> tuple[int, int, int]:
+        """Widths of names, of what made them, and of numbers: as wide as the longest, within limits."""
+        plain = QFontMetrics(style.body()).horizontalAdvance
+        strong = style.body()
+        strong.setBold(True)
+        names = max((plain(row.name) for row in self.rows), default=0) + 18
+        made = max((plain(row.made) for row in self.rows), default=0) + 18
+        number = max((QFontMetrics(strong).horizontalAdvance(row.number) for row in self.rows), default=0) + 4
+        return min(names, NAME, max(120, self.width() // 3)), min(made, MADE, max(60, self.width() // 4)), number
+
     def bar(self, row: int) -> QRectF:
-        """Where a bar may be."""
-        names = min(NAME, max(120, self.width() // 3 - 40))
-        left = SIGN + names + self.made
-        ask = max((button.sizeHint().width() + 14 for button in self.buttons), default=0)
-        return QRectF(left, row * ROW + (ROW - 12) / 2, max(40, self.width() - left - NUMBER - ask - 16), 12)
+        """Where a bar may be; before a button it is shorter."""
+        names, made, number = self.columns()
+        left = SIGN + names + made
+        room = max(60, self.width() - left - number - 16)
+        ask = max((button.sizeHint().width() + 14 for button in self.buttons), default=0) if self.rows[row].ask else 0
+        return QRectF(left, row * ROW + (ROW - 12) / 2, max(40, room - ask), 12)
 
     def _place(self) -> None:
         asks = iter(self.buttons)
@@ -160,16 +170,16 @@ class Bars(QWidget):
 
     def _paint(self, painter: QPainter, i: int, row: Row) -> None:
         y, bar = i * ROW, self.bar(i)
-        names = bar.left() - SIGN - self.made
+        names, wide, figures = self.columns()
         role = "text" if row.sign in ("=", "?") else "brass"
         write(painter, QRectF(2, y, SIGN - 2, ROW), row.sign, role, strong=True, pixels=15 if row.sign == "~" else 13)
         short = QFontMetrics(style.body()).elidedText
-        write(painter, QRectF(SIGN, y, names, ROW), short(row.name, Qt.TextElideMode.ElideRight, int(names) - 10), "text")
-        made = short(row.made, Qt.TextElideMode.ElideRight, self.made - 10)
-        write(painter, QRectF(SIGN + names, y, self.made, ROW), made, "text 2")
+        write(painter, QRectF(SIGN, y, names, ROW), short(row.name, Qt.TextElideMode.ElideRight, names - 10), "text")
+        made = short(row.made, Qt.TextElideMode.ElideRight, wide - 10)
+        write(painter, QRectF(SIGN + names, y, wide, ROW), made, "text 2")
         draw_bar(painter, bar, row.share, row.rigour)
         quiet = row.rigour == "unknown"
-        place = QRectF(self.width() - NUMBER, y, NUMBER, ROW)
+        place = QRectF(self.width() - figures, y, figures, ROW)
         right = Qt.AlignmentFlag.AlignRight
         write(painter, place, row.number, "text 2" if quiet else "text", strong=not quiet, align=right)
 

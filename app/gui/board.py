@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QGraphicsScene
 
 from app.commands.budget import reach
 from app.engine.network import Network, Node, Origin, Socket
-from app.gui import badges, bends, edits, layout, minis
+from app.gui import badges, bends, edits, layout, minis, motion
 from app.gui.glyphs import Look
 from app.gui.items import REACH, NodeItem, Plug
 from app.gui.marks import MarkItem
@@ -198,7 +198,7 @@ class Board(QGraphicsScene):
             self.route([node])
         if was != (state.kind in STALE):
             self.tell(node)
-        if state.kind == "running" and state.progress is None and not self._timer.isActive():
+        if state.kind == "running" and state.progress is None and not self._timer.isActive() and not motion.reduced():
             self._timer.start()
 
     def result(self, node: str) -> None:

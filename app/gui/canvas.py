@@ -23,7 +23,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QGraphicsView, QToolTip, QWidget
 
 from app.engine.network import Network, Socket
-from app.gui import glyphs, keys, mouse, style
+from app.gui import glyphs, keys, motion, mouse, style
 from app.gui.board import Board
 from app.gui.bubble import Bubble
 from app.gui.find_bar import FindBar
@@ -213,6 +213,15 @@ class Canvas(QGraphicsView):
         if not self.mapToScene(self.viewport().rect()).boundingRect().contains(rect):
             self.centerOn(rect.center())
             self.minimap.update()
+
+    def go_to(self, node: str) -> None:
+        """Bring a node into the middle, in one movement that the eye can follow."""
+        if node not in self.board.nodes:
+            return
+        start, end = self.middle(), self.board.nodes[node].scene_rect().center()
+        motion.glide(self, motion.CANVAS, lambda t: self.centerOn(start + (end - start) * t))
+        self._fresh = False
+        self.minimap.update()
 
     def middle(self) -> QPointF:
         """The middle of what is seen."""

@@ -119,9 +119,9 @@ class Wiring:
             self.canvas.bubble.say("Nothing here fits this socket", "Space adds a module that does; Esc puts it back.", at)
 
     def _fitting(self, pull: Pull) -> list[tuple[NodeItem, Plug]]:
-        """Sockets that fit, the nearest first, those that need a module between last."""
+        """Sockets that fit, free ones first and the nearest of them; those that need a module between last."""
         start = pull.canvas.board.nodes[pull.held.node].scene_rect().center()
-        found: list[tuple[bool, float, str, float, NodeItem, Plug]] = []
+        found: list[tuple[bool, bool, float, str, float, NodeItem, Plug]] = []
         for name, item in self.canvas.board.nodes.items():
             if name == pull.held.node:
                 continue
@@ -133,8 +133,9 @@ class Wiring:
                 if verdict and plug.out is not pull.held.out and (verdict.fits or verdict.converters):
                     gap = item.where(plug) - start
                     far = (gap.x() ** 2 + gap.y() ** 2) ** 0.5
-                    found.append((not verdict.fits, far, name, plug.y, item, plug))
-        return [one[4:] for one in sorted(found, key=lambda f: f[:4])]
+                    taken = not plug.out and plug.name in item.wired and not plug.free
+                    found.append((not verdict.fits, taken, far, name, plug.y, item, plug))
+        return [one[5:] for one in sorted(found, key=lambda f: f[:5])]
 
     def _place(self) -> QPoint:
         item, plug = self.ends[self.at]

@@ -164,7 +164,7 @@ class MainWindow(QMainWindow):
         session.networkChanged.connect(lambda: self.show_work() if session.network.nodes else None)
         self.pages.counted.connect(lambda flags, _: self.status.tell_flags(flags))
         self.pages.zoomAsked.connect(self.zoom_to)
-        self.pages.went.connect(self.canvas.show_node)
+        self.pages.went.connect(self.canvas.go_to)
         self.canvas.wireSelected.connect(self.pages.show_wire)
         self.canvas.helpRequested.connect(self.show_help)
         self.canvas.settingsRequested.connect(self.commands.settings_of)

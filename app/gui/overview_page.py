@@ -14,8 +14,6 @@ from app.gui.sources import Overview, made_in, overview_of, overview_rows
 from modules.data.accuracy import SIGNS
 from modules.data.wires import Scene
 
-MADE = 170
-
 
 class OverviewPage(QWidget):
     """One picture, one quantity; every source as a bar with its stage and the node that made it. A click goes there."""
@@ -30,7 +28,7 @@ class OverviewPage(QWidget):
         self.total = TotalLabel()
         self.words = style.labelled("", "small")
         self.words.setWordWrap(True)
-        self.bars = Bars(MADE)
+        self.bars = Bars()
         self._build()
         self.picture.activated.connect(lambda _: self.refresh())
         self.quantity.activated.connect(lambda _: self.refresh())

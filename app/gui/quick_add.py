@@ -36,7 +36,7 @@ from modules.declare import Module
 if TYPE_CHECKING:
     from app.gui.canvas import Canvas
 
-WIDTH, HEIGHT = 720, 456
+WIDTH, HEIGHT = 720, 466
 TOP, FOOT, LIST, ROW = 52, 44, 420, 48
 Index = QModelIndex | QPersistentModelIndex
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -88,8 +89,10 @@ class Overview:
 def overview_of(scene: Scene, k: float) -> Overview:
     """Evaluate the layers of a picture; call it in no window's thread."""
     parts = []
-    for layer in scene.layers:
-        budget = budget_of(layer.accuracy, k, reach(layer.shape))
+    sizes = [reach(layer.shape) for layer in scene.layers]
+    whole = max((size for size in sizes if math.isfinite(size)), default=math.inf)
+    for layer, size in zip(scene.layers, sizes, strict=True):
+        budget = budget_of(layer.accuracy, k, min(size, whole))
         if budget.lines or budget.missing:
             parts.append(Part(layer.title, budget, getattr(layer.shape, "origin", None) is not None))
     return Overview(tuple(parts))
