@@ -27,6 +27,7 @@ ELSEWHERE: dict[str, str] = {
     "modellers.state_accuracy.state_accuracy": "tests/modules/test_state_accuracy.py",
     "readers.dataset.dataset": "tests/modules/test_readers.py",
     "readers.raw.raw": "tests/modules/test_readers_volumes.py",
+    "readers.series.series": "tests/modules/test_series.py",
     "readers.shapes.shapes": "tests/modules/test_readers.py",
 }
 """Module -> where it is run, if it stands in no packaged network."""

@@ -76,7 +76,7 @@ class Commands(PartCommands, ViewCommands):
 
     def add_data(self, files: Iterable[Path]) -> None:
         """Add readers of files, with a first picture in an empty network."""
-        for file in files:
+        for file in dropping.gathered(list(files)):
             dropping.read(self.session, file, lambda: self.window.show_work())
 
     def save(self) -> bool:

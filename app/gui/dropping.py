@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,14 @@ def is_network(file: Path) -> bool:
         return certificate.NETWORK in pngtext.texts(file.read_bytes())
     except (OSError, pngtext.NotPNG):
         return False
+
+
+def gathered(files: Sequence[Path]) -> list[Path]:
+    """Files whose names differ in one number alone are a series: one pattern."""
+    from modules.readers.series import pattern_of
+
+    pattern = pattern_of(files)
+    return list(files) if pattern is None else [pattern]
 
 
 def read(session: Session, file: Path, done: Callable[[], object]) -> None:

@@ -162,6 +162,15 @@ def test_what_a_file_states_of_its_errors_is_drawn(window: MainWindow, qtbot: An
     assert {"Altimeter, random noise", "Interpolation between samples", "Two chords a cell"} <= named
 
 
+def test_files_of_one_series_become_one_reader(window: MainWindow, tmp_path: Path, qtbot: Any) -> None:
+    for i in range(3):
+        np.save(tmp_path / f"h_{i}.npy", np.random.default_rng(i).normal(size=(9, 9)))
+    window.take([tmp_path / f"h_{i}.npy" for i in range(3)])
+    qtbot.waitUntil(lambda: bool(window.session.network.nodes), timeout=10000)
+    readers = [n.module for n in window.session.network.nodes.values() if n.module.startswith("readers.")]
+    assert readers == ["readers.series.series"]
+
+
 @pytest.mark.parametrize(("name", "data", "words"), [
     ("a.nc", b"no data", "neither NetCDF nor HDF5"), ("a.npy", b"no data", "damaged"),
     ("a.what", b"no data", "no reader takes files"),
