@@ -8,7 +8,7 @@ from typing import Any
 
 from app.engine.network import Network
 
-UNDONE = frozenset({"position", "size", "title", "note", "bookmarks", "drawing", "numbers"})
+UNDONE = frozenset({"position", "size", "title", "note", "bookmarks", "drawing", "numbers", "pins"})
 """View data that undo takes back; camera and panels stay as they are."""
 
 

@@ -103,6 +103,8 @@ def test_a_pinned_slider_is_dragged_on_the_node_live_and_as_one_step(window: Mai
     session.undo()
     assert session.network["above"].parameters.get("level", 200.0) == 200.0
     assert session.history.undo_label == "Show level on above"
+    session.undo()
+    assert not item.minis and item.size[1] == before
 
 
 def test_a_switch_and_a_choice_on_the_node(window: MainWindow) -> None:
