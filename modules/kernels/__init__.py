@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from modules.kernels import crossings as crossings
     from modules.kernels import operators as operators
     from modules.kernels import refine as refine
+    from modules.kernels import solid as solid
     from modules.kernels import triangles as triangles
     from modules.kernels import trilinear as trilinear
 
