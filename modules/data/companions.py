@@ -1,4 +1,7 @@
-"""Errors that lie beside an array under its name: X with X_std, X_lo and X_hi, X_members; and the rounding of X itself."""
+"""Errors that lie beside an array under its name: X with X_std, X_lo and X_hi, X_members; and the rounding of X itself.
+
+X_min and X_max are limits only if they enclose X: many files call other things so.
+"""
 
 from __future__ import annotations
 
@@ -13,8 +16,9 @@ from modules.data.accuracy import Accuracy, Missing, Source, Term
 from modules.data.fold import Kind
 from modules.data.operators import Floats, Identity
 
-DEVIATIONS = ("_std", "_sigma", "_stderr", "_unc", "_uncertainty", "_error", "_errors")
-LIMITS = (("_lo", "_hi"), ("_lower", "_upper"))
+DEVIATIONS = ("_std", "_sigma", "_stderr", "_unc", "_uncertainty", "_error", "_errors", "_spread")
+LIMITS = (("_lo", "_hi"), ("_lower", "_upper"), ("_min", "_max"))
+DOUBTFUL = ("_min", "_max")
 MEMBERS = "_members"
 ENDINGS = (*DEVIATIONS, *(ending for pair in LIMITS for ending in pair), MEMBERS)
 
@@ -84,9 +88,13 @@ def found(
             terms.append(term(ending[1:], "linear", sizes, "estimated", rule, f"Stated by {name + ending}"))
     for low, high in LIMITS:
         if {name + low, name + high} <= names:
-            sizes = _limits(name, flat, array(name + low), array(name + high))
+            room = _limits(name, flat, array(name + low), array(name + high))
+            if room is None and low in DOUBTFUL:
+                continue
+            if room is None:
+                raise ValueError(f"the limits {name + low!r} and {name + high!r} do not enclose its values")
             rule = f"{name + low!r} and {name + high!r} in the file, taken as limits (companion array/1)"
-            terms.append(term("limits", "bound", sizes, "estimated", rule, f"Stated by {name + low}, {name + high}"))
+            terms.append(term("limits", "bound", room, "estimated", rule, f"Stated by {name + low}, {name + high}"))
     if name + MEMBERS in names:
         members = _members(name + MEMBERS, array(name + MEMBERS), flat)
         rule = f"{len(members)} members in {name + MEMBERS!r} of the file (companion array/1)"
@@ -103,13 +111,14 @@ def _sizes(name: str, stated: NDArray[Any], flat: NDArray[Any]) -> Floats:
     return np.where(holes, 0.0, sizes)
 
 
-def _limits(name: str, flat: NDArray[Any], low: NDArray[Any], high: NDArray[Any]) -> Floats:
+def _limits(name: str, flat: NDArray[Any], low: NDArray[Any], high: NDArray[Any]) -> Floats | None:
+    """How far the limits lie from the values; None if they do not enclose them."""
     lower, upper = _fitting(name + "_lo", low, flat), _fitting(name + "_hi", high, flat)
     values = flat.astype(float).ravel()
     sizes = np.maximum(values - lower, upper - values)
     holes = np.isnan(values)
     if (~holes & ~((lower <= values) & (values <= upper) & np.isfinite(sizes))).any():
-        raise ValueError(f"the limits of {name!r} do not enclose its values")
+        return None
     return np.where(holes, 0.0, sizes)
 
 

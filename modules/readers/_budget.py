@@ -9,6 +9,7 @@ import numpy as np
 
 from modules.data import correlation as correlated
 from modules.data.accuracy import Accuracy, Missing, Source, Term
+from modules.data.companions import DOUBTFUL
 from modules.data.fold import Kind
 from modules.data.grid import Grid
 from modules.data.operators import Floats, Identity, Operator
@@ -112,6 +113,8 @@ class Budget:
             return []
         below, above = (self._flat([p[1] for p in ends if p]) for ends in (low, high))
         if (~self.holes & ~((below <= self.values) & (self.values <= above))).any():
+            if low[0] and low[0][0].variable.name.endswith(DOUBTFUL):
+                return []
             raise ReadError(f"the limits {low[0][0].variable.name!r} do not enclose the values: rename them if they are none")  # type: ignore[index]  # all are there
         sizes = np.where(self.holes, 0.0, np.maximum(self.values - below, above - self.values))
         names = " and ".join(repr(p[0].variable.name) for p in (low[0], high[0]) if p)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modules.data.companions import DEVIATIONS, is_companion, largest, rounding
+from modules.data.companions import DEVIATIONS, LIMITS, is_companion, largest, rounding
 from modules.data.operators import Floats
 from modules.data.units import UnitError, factor, known
 from modules.readers._files import ReadError, nearest
@@ -280,9 +280,6 @@ class Beside:
     why: str
 
 
-LOW, HIGH = ("_lo", "_lower", "_min"), ("_hi", "_upper", "_max")
-
-
 def stated(store: Store, v: Variable, multiple: float | None) -> tuple[Beside, ...]:
     """All that lies beside a variable and states its error: ancillary data, and companions by their name.
 
@@ -303,7 +300,7 @@ def stated(store: Store, v: Variable, multiple: float | None) -> tuple[Beside, .
     named = v.text("uncertainties")  # NeXus
     if named and (match := beside(store, v.name, named)) is not None and match.name not in found:
         found[match.name] = _beside(store, v, match, "linear", "NeXus uncertainties", multiple)
-    for low, high in zip(LOW, HIGH, strict=True):
+    for low, high in LIMITS:
         pair = [(store.variables.get(v.name + e), k) for e, k in ((low, "low"), (high, "high"))]
         ends = [(p, k) for p, k in pair if p is not None and p.name not in found]
         if len(ends) == 2:

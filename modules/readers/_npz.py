@@ -13,7 +13,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from modules.data.companions import DEVIATIONS, largest, rounding
+from modules.data.companions import DEVIATIONS, DOUBTFUL, LIMITS, is_companion, largest, rounding
 from modules.data.operators import Floats
 from modules.readers._files import ReadError, fits, nearest, reading
 from modules.readers._raw import Raw, Stated
@@ -50,7 +50,7 @@ def load(path: Path, name: str, stride: int) -> Raw:
     beside = _beside(path, headers, chosen)
     assumed = () if name or len(_maps(headers)) < 2 else (f"of several arrays, {chosen!r} is the map",)
     x, y, lengths = _axes(beside, rows, columns)
-    stated = _stated(path, headers, chosen, (rows, columns))
+    stated = _stated(path, headers, chosen, (rows, columns)) + _limits(path, headers, chosen, (rows, columns))
     return Raw(
         values=values, full=(rows, columns), half=np.asarray(half), stored=words, name=chosen,
         x=x, y=y, lengths=lengths, assumed=assumed, stated=stated,
@@ -102,7 +102,8 @@ def _header(file: IO[bytes]) -> Header:
 
 
 def _maps(headers: Mapping[str, Header]) -> tuple[str, ...]:
-    return tuple(n for n, h in headers.items() if h.dtype.kind in "iufb" and len(_squeezed(h.shape)) == 2)
+    maps = [n for n, h in headers.items() if h.dtype.kind in "iufb" and len(_squeezed(h.shape)) == 2]
+    return tuple(n for n in maps if not is_companion(n, maps))
 
 
 def _squeezed(shape: tuple[int, ...]) -> tuple[int, ...]:
@@ -217,3 +218,22 @@ def _stated(path: Path, headers: Mapping[str, Header], chosen: str, full: tuple[
         rule = f"{name!r} in the file, taken as independent standard deviations (companion array/1)"
         found.append(Stated(name=f"Stated by {name}", what=name, kind="linear", value=value, rule=rule))
     return tuple(found)
+
+
+def _limits(path: Path, headers: Mapping[str, Header], chosen: str, full: tuple[int, int]) -> tuple[Stated, ...]:
+    """Limits that lie beside the map under its name."""
+    for low, high in LIMITS:
+        names = (chosen + low, chosen + high)
+        if any(n not in headers or headers[n].dtype.kind not in "iuf" or _squeezed(headers[n].shape) != full for n in names):
+            continue
+        below, values, above = (np.asarray(_read(path, n, 1)[0], float).reshape(full) for n in (names[0], chosen, names[1]))
+        holes = np.isnan(values)
+        if not (holes | ((below <= values) & (values <= above) & np.isfinite(above - below))).all():
+            if low in DOUBTFUL:
+                continue
+            which = f"{names[0]!r} and {names[1]!r} of {path.name!r}"
+            raise ReadError(f"{which} do not enclose {chosen!r}: rename them if they are no limits")
+        sizes = np.where(holes, 0.0, np.maximum(values - below, above - values))
+        rule = f"{names[0]!r} and {names[1]!r} in the file, taken as limits (companion array/1)"
+        return (Stated(name=f"Stated by {names[0]}, {names[1]}", what="limits", kind="bound", value=sizes, rule=rule),)
+    return ()

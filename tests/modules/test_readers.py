@@ -9,6 +9,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 import pytest
+import pyvista as pv
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
@@ -454,8 +455,6 @@ def test_the_office_is_read_with_its_vectors() -> None:
 
 
 def test_shapes_and_samples_are_told_apart(tmp_path: Path) -> None:
-    import pyvista as pv
-
     pv.Sphere().save(tmp_path / "a.vtp")
     assert len(shapes(path=tmp_path / "a.vtp").polygons) == 1680
     pv.Sphere().save(tmp_path / "a.vtk")
@@ -631,3 +630,29 @@ def test_every_suffix_is_documented() -> None:
         assert suffix in text
     record = record_of(elevation)
     assert record.accuracy and all(p.words for p in record.parameters)
+
+
+@pytest.mark.parametrize(("low", "high"), [("_lo", "_hi"), ("_lower", "_upper"), ("_min", "_max")])
+def test_limits_beside_a_map_are_bounds(low: str, high: str, tmp_path: Path) -> None:
+    h = RNG.normal(size=(4, 5))
+    arrays: dict[str, Any] = {"h": h, f"h{low}": h - 1, f"h{high}": h + 2}
+    np.savez(tmp_path / "a.npz", **arrays)
+    term = next(t for t in elevation(path=tmp_path / "a.npz").accuracy.terms if t.id.endswith("/limits"))
+    np.testing.assert_allclose(term.error(), 2.0)
+    np.savez(tmp_path / "a.npz", **(arrays | {f"h{low}": h + 1}))
+    if low == "_min":
+        assert len(elevation(path=tmp_path / "a.npz").accuracy.terms) == 1
+    else:
+        with pytest.raises(ReadError, match="do not enclose"):
+            elevation(path=tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize("ending", ["_std", "_sigma", "_stderr", "_error", "_errors", "_unc", "_spread"])
+def test_deviations_beside_an_array_of_vtk(ending: str, tmp_path: Path) -> None:
+    image = pv.ImageData(dimensions=(4, 3, 2))
+    image.point_data["p"], image.point_data[f"p{ending}"] = np.arange(24.0), np.full(24, 0.5)
+    image.point_data["p_min"], image.point_data["p_max"] = np.arange(24.0) - 3, np.arange(24.0) + 1
+    image.save(tmp_path / "a.vti")
+    samples = dataset(path=tmp_path / "a.vti")
+    assert samples.name == "p" and [t.kind for t in samples.accuracy.terms] == ["bound", "linear", "bound"]
+    assert samples.accuracy.terms[1].error()[0] == 0.5 and samples.accuracy.terms[2].error()[0] == 3.0
