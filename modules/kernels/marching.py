@@ -64,6 +64,13 @@ class Found(NamedTuple):
     tunnels: int
 
 
+class Blocks(NamedTuple):
+    """The least and the largest value in each block of eight cells along each axis: (bz, by, bx)."""
+
+    low: Floats
+    high: Floats
+
+
 @dataclass(frozen=True, eq=False)
 class Surface:
     """An isosurface of n points and m triangles.
@@ -102,7 +109,25 @@ class Surface:
         return np.concatenate(cells)
 
 
-def surface(values: Floats, x: Floats, y: Floats, z: Floats, level: float, *, slabs: Slabs | None = None) -> Surface:
+def blocks(values: Floats) -> Blocks | None:
+    """The range of each block of samples, so that a new level costs little where the surface is not; None for holes.
+
+    Parameters
+    ----------
+    values : (nz, ny, nx)
+    """
+    low = high = np.asarray(values, np.float64)
+    for axis in range(3):
+        starts = np.arange(0, values.shape[axis] - 1, 8)
+        ends = np.minimum(starts + 8, values.shape[axis] - 1)
+        low = np.minimum(np.minimum.reduceat(low, starts, axis), low.take(ends, axis))
+        high = np.maximum(np.maximum.reduceat(high, starts, axis), high.take(ends, axis))
+    return Blocks(low, high) if np.isfinite(low).all() and np.isfinite(high).all() else None
+
+
+def surface(
+    values: Floats, x: Floats, y: Floats, z: Floats, level: float, *, slabs: Slabs | None = None, index: Blocks | None = None
+) -> Surface:
     """The isosurface F = level.
 
     Parameters
@@ -116,6 +141,8 @@ def surface(values: Floats, x: Floats, y: Floats, z: Floats, level: float, *, sl
     slabs
         Applies a function to each of some numbers and gives the list of results, perhaps in several threads; what it
         raises ends the work.
+    index
+        Of `blocks`, made once for these values: empty blocks are then passed by.
 
     Returns
     -------
@@ -135,7 +162,8 @@ def surface(values: Floats, x: Floats, y: Floats, z: Floats, level: float, *, sl
     grid = _at_the_door(values, x, y, z, level)
     each = slabs or (lambda function, numbers: [function(n) for n in numbers])
     starts, table = range(0, nz - 1, LAYERS_A_SLAB), tables()
-    found = each(lambda k: _find(grid, table, float(level), k, min(k + LAYERS_A_SLAB, nz - 1)), starts)
+    busy = _busy(index, float(level), (nz, ny, nx))
+    found = each(lambda k: _find(grid, table, busy, float(level), k, min(k + LAYERS_A_SLAB, nz - 1)), starts)
     base, sizes = _bases(np.concatenate([part.counts for part in found]))
     if sizes[0] > MOST_POINTS:
         raise ValueError(f"the surface has {sizes[0]} points, more than {MOST_POINTS}: draw a part of the grid at a time")
@@ -162,7 +190,23 @@ def _at_the_door(values: Floats, x: Floats, y: Floats, z: Floats, level: float) 
     return Grid(values, x, y, z)
 
 
-def _find(grid: Grid, table: Tables, level: float, first: int, last: int) -> Found:
+def _busy(index: Blocks | None, level: float, shape: tuple[int, int, int]) -> tuple[Bytes, Bytes]:
+    """Of each block of cells whether the surface may pass it, and of each block of nodes whether such cells have one."""
+    busy = np.zeros([(n + 7) // 8 for n in shape], np.uint8)
+    if index is None:
+        busy[:] = 1
+        return busy.ravel(), busy.ravel()
+    depth, height, width = index.low.shape
+    busy[:depth, :height, :width] = (index.low < level) & (index.high >= level)
+    wanted = busy.copy()
+    for axis in range(3):
+        after, before = [slice(None)] * 3, [slice(None)] * 3
+        after[axis], before[axis] = slice(1, None), slice(None, -1)
+        wanted[tuple(after)] |= wanted[tuple(before)].copy()
+    return busy.ravel(), wanted.ravel()
+
+
+def _find(grid: Grid, table: Tables, busy: tuple[Bytes, Bytes], level: float, first: int, last: int) -> Found:
     """The first pass over layers first to last - 1."""
     nx, ny = len(grid.x), len(grid.y)
     cells = (last - first) * (ny - 1) * (nx - 1)
@@ -172,7 +216,7 @@ def _find(grid: Grid, table: Tables, level: float, first: int, last: int) -> Fou
     rows, counts = np.empty((last - first) * (ny - 1) + 1, np.int64), np.zeros((last - first, 4), np.int64)
     n = find(
         grid.values, nx, ny, level, first, last, plane, plane.view(np.uint64), active, rows, special, counts.reshape(-1),
-        table.used, table.shared, table.open, table.ones, table.sides,
+        *busy, table.used, table.shared, table.open, table.ones, table.sides,
     )  # fmt: skip
     strange = int(counts[:, SPECIAL].sum())
     nodes, joined, patch_count = special[:strange], np.empty(strange, np.int64), np.empty((strange, 2), np.int64)

@@ -9,126 +9,143 @@ Source: multi-affine polynomials reach their extremes at corners; Farin 1986 (Be
 """
 
 import math
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from modules.kernels._jit import jit
-from modules.kernels.marching_cases import Floats, Integers
-
-
-class Lattice(NamedTuple):
-    """The samples: (nz, ny, nx) values and the coordinates along each axis."""
-
-    values: Floats
-    x: Floats
-    y: Floats
-    z: Floats
-
+from modules.kernels._jit import lean, lean_inlined
+from modules.kernels.marching_cases import Floats, Integers, index
 
 SPLITS = 3
 """A triangle that cannot be proven as a whole is cut in 4 and 16."""
 
 WIDENINGS = 4
+MOST_CELLS = 64
 ROUNDING = 2.0**-46
 """Of the numbers involved: what rounding may add."""
 
+TRIANGLES_A_SLAB = 1 << 14
 
-@jit
-def _corner_value(lattice: Lattice, i: int, j: int, k: int, x: float, y: float, z: float) -> float:
-    """F at a place, by the polynomial of a cell."""
-    f = lattice.values
-    u = (x - lattice.x[i]) / (lattice.x[i + 1] - lattice.x[i])
-    v = (y - lattice.y[j]) / (lattice.y[j + 1] - lattice.y[j])
-    w = (z - lattice.z[k]) / (lattice.z[k + 1] - lattice.z[k])
-    low = (1 - v) * ((1 - u) * f[k, j, i] + u * f[k, j, i + 1]) + v * ((1 - u) * f[k, j + 1, i] + u * f[k, j + 1, i + 1])
-    k += 1
-    high = (1 - v) * ((1 - u) * f[k, j, i] + u * f[k, j, i + 1]) + v * ((1 - u) * f[k, j + 1, i] + u * f[k, j + 1, i + 1])
-    result: float = (1 - w) * low + w * high
-    return result
+Slabs = Callable[[Callable[[int], Any], Iterable[int]], list[Any]]
 
 
-@jit
-def _slope(lattice: Lattice, i: int, j: int, k: int, x: float, y: float, z: float, g: Floats) -> None:
-    """The gradient of F at a place, by the polynomial of a cell."""
-    f = lattice.values
-    hx, hy, hz = lattice.x[i + 1] - lattice.x[i], lattice.y[j + 1] - lattice.y[j], lattice.z[k + 1] - lattice.z[k]
-    u, v, w = (x - lattice.x[i]) / hx, (y - lattice.y[j]) / hy, (z - lattice.z[k]) / hz
-    g[:] = 0.0
+@lean_inlined
+def _cell_at(axis: Floats, t: float, near: int) -> int:
+    """The cell of an axis that holds a place, sought from a cell near it; the first or last one for a place outside."""
+    n, last = near, axis.size - 2
+    while n > 0 and t < axis[index(n)]:
+        n -= 1
+    while n < last and t >= axis[index(n + 1)]:
+        n += 1
+    return n
+
+
+@lean_inlined
+def _corners(values: Floats, nx: int, ny: int, i: int, j: int, k: int, f: Floats) -> None:
+    node = (k * ny + j) * nx + i
     for c in range(8):
-        a, b, d = c >> 2, (c >> 1) & 1, c & 1
-        value = f[k + d, j + b, i + a]
-        p, q, r = (u if a else 1 - u), (v if b else 1 - v), (w if d else 1 - w)
-        g[0] += (value if a else -value) * q * r / hx
-        g[1] += (value if b else -value) * p * r / hy
-        g[2] += (value if d else -value) * p * q / hz
+        f[c] = values[index(node + ((c & 1) * ny + ((c >> 1) & 1)) * nx + (c >> 2))]
 
 
-@jit
-def _cell_at(axis: Floats, t: float) -> int:
-    last: int = axis.size - 2
-    return min(max(int(np.searchsorted(axis, t, side="right")) - 1, 0), last)
-
-
-@jit
-def _least_slope(lattice: Lattice, low: Floats, high: Floats, n: Floats, g: Floats) -> float:
-    """The least n . grad F in a box; not a number where a sample of its cells is none."""
+@lean_inlined
+def _least_in_cell(
+    f: Floats, u0: float, u1: float, v0: float, v1: float, w0: float, w1: float, nx: float, ny: float, nz: float, d: Floats
+) -> float:
+    """The least n . grad F in a part of a cell, the normal given in steps of the cell."""
+    for m in range(4):
+        # along x at (v, w), along y at (u, w), along z at (u, v)
+        u, v, w, last = u1 if m & 2 else u0, v1 if m & 2 else v0, w1 if m & 1 else w0, v1 if m & 1 else v0
+        d[m] = (1 - v) * ((1 - w) * (f[4] - f[0]) + w * (f[5] - f[1])) + v * ((1 - w) * (f[6] - f[2]) + w * (f[7] - f[3]))
+        d[4 + m] = (1 - u) * ((1 - w) * (f[2] - f[0]) + w * (f[3] - f[1])) + u * ((1 - w) * (f[6] - f[4]) + w * (f[7] - f[5]))
+        v = last
+        d[8 + m] = (1 - u) * ((1 - v) * (f[1] - f[0]) + v * (f[3] - f[2])) + u * ((1 - v) * (f[5] - f[4]) + v * (f[7] - f[6]))
     least = math.inf
-    x, y, z = lattice.x, lattice.y, lattice.z
-    i0, i1 = _cell_at(x, low[0]), _cell_at(x, high[0])
-    j0, j1 = _cell_at(y, low[1]), _cell_at(y, high[1])
-    k0, k1 = _cell_at(z, low[2]), _cell_at(z, high[2])
-    if (i1 - i0 + 1) * (j1 - j0 + 1) * (k1 - k0 + 1) > 64:
-        return -math.inf
-    for k in range(k0, k1 + 1):
-        for j in range(j0, j1 + 1):
-            for i in range(i0, i1 + 1):
-                for c in range(8):
-                    px = (high[0] if i == i1 else x[i + 1]) if c & 1 else (low[0] if i == i0 else x[i])
-                    py = (high[1] if j == j1 else y[j + 1]) if c & 2 else (low[1] if j == j0 else y[j])
-                    pz = (high[2] if k == k1 else z[k + 1]) if c & 4 else (low[2] if k == k0 else z[k])
-                    _slope(lattice, i, j, k, px, py, pz, g)
-                    along = n[0] * g[0] + n[1] * g[1] + n[2] * g[2]
-                    if not along >= least:
-                        least = along
-                        if not along > 0.0:
-                            return -math.inf
+    for c in range(8):
+        a, b, e = c >> 2, (c >> 1) & 1, c & 1
+        along = nx * d[2 * b + e] + ny * d[4 + 2 * a + e] + nz * d[8 + 2 * a + b]
+        if not along >= least:
+            least = along
     return least
 
 
-@jit
-def _largest(lattice: Lattice, level: float, cell: tuple[int, int, int], p: Floats) -> float:
-    """B, from the Bernstein coefficients of F - L on a triangle (3, 3) in a cell."""
-    largest, (i, j, k) = 0.0, cell
+@lean
+def _least_slope(
+    values: Floats, x: Floats, y: Floats, z: Floats, i: int, j: int, k: int, box: Floats, n: Floats, size: float, room: Floats
+) -> float:
+    """The least n . grad F in a box, less what rounding may add; not positive, or not a number, where there is none."""
+    f, d = room[0:8], room[8:20]
+    i0, i1 = _cell_at(x, box[0], i), _cell_at(x, box[3], i)
+    j0, j1 = _cell_at(y, box[1], j), _cell_at(y, box[4], j)
+    k0, k1 = _cell_at(z, box[2], k), _cell_at(z, box[5], k)
+    least = math.inf
+    if (i1 - i0 + 1) * (j1 - j0 + 1) * (k1 - k0 + 1) > MOST_CELLS:
+        return -math.inf
+    for r in range(k0, k1 + 1):
+        for q in range(j0, j1 + 1):
+            for p in range(i0, i1 + 1):
+                hx, hy, hz = x[p + 1] - x[p], y[q + 1] - y[q], z[r + 1] - z[r]
+                u0, u1 = (box[0] - x[p]) / hx if p == i0 else 0.0, (box[3] - x[p]) / hx if p == i1 else 1.0
+                v0, v1 = (box[1] - y[q]) / hy if q == j0 else 0.0, (box[4] - y[q]) / hy if q == j1 else 1.0
+                w0, w1 = (box[2] - z[r]) / hz if r == k0 else 0.0, (box[5] - z[r]) / hz if r == k1 else 1.0
+                _corners(values, x.size, y.size, p, q, r, f)
+                a, b, c = n[0] / hx, n[1] / hy, n[2] / hz
+                along = _least_in_cell(f, u0, u1, v0, v1, w0, w1, a, b, c, d)
+                along -= ROUNDING * size * (abs(a) + abs(b) + abs(c))
+                if not along >= least:
+                    least = along
+                    if not along > 0.0:
+                        return -math.inf
+    return least
+
+
+@lean_inlined
+def _largest(f: Floats, level: float, u: Floats, g: Floats) -> float:
+    """B, from the Bernstein coefficients of F - L on a triangle with corners u (3, 3) in the unit cell."""
+    for r in range(3):
+        p = u[3 * r]
+        for c in range(4):
+            g[c] = (1 - p) * f[c] + p * f[c + 4] - level
+        for s in range(3):
+            q = u[3 * s + 1]
+            low, high = (1 - q) * g[0] + q * g[2], (1 - q) * g[1] + q * g[3]
+            for t in range(3):
+                w = u[3 * t + 2]
+                g[4 + 9 * r + 3 * s + t] = (1 - w) * low + w * high
+    largest = 0.0
     for a in range(3):
         for b in range(a, 3):
             for c in range(b, 3):
-                total = 0.0
-                for turn in range(6):
-                    r, s, t = (a, b, c) if turn % 3 == 0 else (b, c, a) if turn % 3 == 1 else (c, a, b)
-                    if turn > 2:
-                        s, t = t, s
-                    total += _corner_value(lattice, i, j, k, p[r, 0], p[s, 1], p[t, 2]) - level
+                total = g[4 + 9 * a + 3 * b + c] + g[4 + 9 * b + 3 * c + a] + g[4 + 9 * c + 3 * a + b]
+                total += g[4 + 9 * a + 3 * c + b] + g[4 + 9 * b + 3 * a + c] + g[4 + 9 * c + 3 * b + a]
                 largest = max(largest, abs(total) / 6.0)
     return largest
 
 
-@jit
-def _prove(lattice: Lattice, level: float, cell: tuple[int, int, int], p: Floats, n: Floats, size: float) -> float:
+@lean
+def _prove(
+    values: Floats, level: float, x: Floats, y: Floats, z: Floats, i: int, j: int, k: int, p: Floats, n: Floats, size: float,
+    room: Floats,
+) -> float:
     """The proven distance of a triangle (3, 3) with unit normal n to the high side; infinite if there is none."""
-    low, high, g = np.empty(3), np.empty(3), np.empty(3)
-    largest = _largest(lattice, level, cell, p) + ROUNDING * size
-    _slope(lattice, cell[0], cell[1], cell[2], p[:, 0].mean(), p[:, 1].mean(), p[:, 2].mean(), g)
-    steep = n[0] * g[0] + n[1] * g[1] + n[2] * g[2]
+    f, u, g, box, spare = room[0:8], room[8:17], room[17:48], room[48:54], room[54:74]
+    hx, hy, hz = x[i + 1] - x[i], y[j + 1] - y[j], z[k + 1] - z[k]
+    _corners(values, x.size, y.size, i, j, k, f)
+    for c in range(3):
+        u[3 * c], u[3 * c + 1] = (p[3 * c] - x[i]) / hx, (p[3 * c + 1] - y[j]) / hy
+        u[3 * c + 2] = (p[3 * c + 2] - z[k]) / hz
+    largest = _largest(f, level, u, g) + ROUNDING * size
+    a, b, c = (u[0] + u[3] + u[6]) / 3.0, (u[1] + u[4] + u[7]) / 3.0, (u[2] + u[5] + u[8]) / 3.0
+    steep = _least_in_cell(f, a, a, b, b, c, c, n[0] / hx, n[1] / hy, n[2] / hz, spare)
     if not steep > 0.0:
         return math.inf
     width = 1.25 * largest / steep
     for _ in range(WIDENINGS):
         for axis in range(3):
-            low[axis] = min(p[0, axis], p[1, axis], p[2, axis]) - width * abs(n[axis])
-            high[axis] = max(p[0, axis], p[1, axis], p[2, axis]) + width * abs(n[axis])
-        least = _least_slope(lattice, low, high, n, g)
+            step = width * abs(n[axis])
+            box[axis] = min(p[axis], p[3 + axis], p[6 + axis]) - step
+            box[3 + axis] = max(p[axis], p[3 + axis], p[6 + axis]) + step
+        least = _least_slope(values, x, y, z, i, j, k, box, n, size, spare)
         if not least > 0.0:
             return math.inf
         if largest <= width * least:
@@ -137,55 +154,79 @@ def _prove(lattice: Lattice, level: float, cell: tuple[int, int, int], p: Floats
     return math.inf
 
 
-@jit
+@lean
 def _measure(
-    lattice: Lattice, level: float, point: Floats, triangle: Integers, origin: Integers, size: float,
-    reach: Floats, slope: Floats,
+    values: Floats, level: float, x: Floats, y: Floats, z: Floats, point: Floats, triangle: Integers, origin: Integers,
+    first: int, last: int, size: float, reach: Floats, room: Floats,
 ) -> None:
-    """The proven distance of each triangle, and the least slope of the cells about each point."""
-    nx, ny = lattice.x.size - 1, lattice.y.size - 1
-    p, part, n, g = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
-    for m in range(len(triangle)):
-        i, row = origin[m] % nx, origin[m] // nx
-        cell = (i, row % ny, row // ny)
+    """The proven distance of triangles first to last - 1."""
+    p, part, n, rest = room[0:9], room[9:18], room[18:21], room[21:95]
+    for m in range(first, last):
+        i, row = origin[m] % (x.size - 1), origin[m] // (x.size - 1)
+        j, k = row % (y.size - 1), row // (y.size - 1)
         for c in range(3):
-            p[c] = point[triangle[m, c]]
-            _slope(lattice, cell[0], cell[1], cell[2], p[c, 0], p[c, 1], p[c, 2], g)
-            steep = math.sqrt(g[0] ** 2 + g[1] ** 2 + g[2] ** 2)
-            slope[triangle[m, c]] = min(slope[triangle[m, c]], steep)
-        u, v = p[1] - p[0], p[2] - p[0]
-        n[0], n[1], n[2] = v[1] * u[2] - v[2] * u[1], v[2] * u[0] - v[0] * u[2], v[0] * u[1] - v[1] * u[0]
+            for axis in range(3):
+                p[3 * c + axis] = point[index(triangle[m, c]), axis]
+        ux, uy, uz = p[3] - p[0], p[4] - p[1], p[5] - p[2]
+        vx, vy, vz = p[6] - p[0], p[7] - p[1], p[8] - p[2]
+        n[0], n[1], n[2] = vy * uz - vz * uy, vz * ux - vx * uz, vx * uy - vy * ux
         length = math.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
         reach[m] = math.inf
         if not length > 0.0:
             continue
-        n /= length
-        for level_of_split in range(SPLITS):
-            cuts, worst = 1 << level_of_split, 0.0
+        n[0], n[1], n[2] = n[0] / length, n[1] / length, n[2] / length
+        for split in range(SPLITS):
+            cuts, worst = 1 << split, 0.0
             for a in range(cuts):
                 for b in range(2 * (cuts - a) - 1):
                     if worst < math.inf:
                         _piece(p, part, cuts, a, b)
-                        worst = max(worst, _prove(lattice, level, cell, part, n, size))
+                        worst = max(worst, _prove(values, level, x, y, z, i, j, k, part, n, size, rest))
             if worst < math.inf:
                 reach[m] = worst
                 break
 
 
-@jit
+@lean_inlined
 def _piece(p: Floats, part: Floats, cuts: int, a: int, b: int) -> None:
     """The b-th piece of the a-th strip of a triangle cut in cuts^2."""
     s, up = b // 2, b % 2
     for axis in range(3):
-        u, v = (p[1, axis] - p[0, axis]) / cuts, (p[2, axis] - p[0, axis]) / cuts
-        part[0, axis] = p[0, axis] + (s + up) * u + a * v
-        part[1, axis] = p[0, axis] + (s + 1) * u + (a + up) * v
-        part[2, axis] = p[0, axis] + s * u + (a + 1) * v
+        u, v = (p[3 + axis] - p[axis]) / cuts, (p[6 + axis] - p[axis]) / cuts
+        part[axis] = p[axis] + (s + up) * u + a * v
+        part[3 + axis] = p[axis] + (s + 1) * u + (a + up) * v
+        part[6 + axis] = p[axis] + s * u + (a + 1) * v
+
+
+@lean
+def _slopes(
+    values: Floats, x: Floats, y: Floats, z: Floats, point: Floats, triangle: Integers, origin: Integers, slope: Floats,
+    room: Floats,
+) -> None:
+    """The least |grad F| at each point, of the cells of its triangles."""
+    f, before = room[0:8], -1
+    i, j, k = 0, 0, 0
+    for m in range(len(triangle)):
+        if origin[m] != before:
+            before = origin[m]
+            i, row = before % (x.size - 1), before // (x.size - 1)
+            j, k = row % (y.size - 1), row // (y.size - 1)
+            _corners(values, x.size, y.size, i, j, k, f)
+        hx, hy, hz = x[i + 1] - x[i], y[j + 1] - y[j], z[k + 1] - z[k]
+        for c in range(3):
+            n = index(triangle[m, c])
+            u, v, w = (point[n, 0] - x[i]) / hx, (point[n, 1] - y[j]) / hy, (point[n, 2] - z[k]) / hz
+            p, q, r = 1 - u, 1 - v, 1 - w
+            gx = (q * (r * (f[4] - f[0]) + w * (f[5] - f[1])) + v * (r * (f[6] - f[2]) + w * (f[7] - f[3]))) / hx
+            gy = (p * (r * (f[2] - f[0]) + w * (f[3] - f[1])) + u * (r * (f[6] - f[4]) + w * (f[7] - f[5]))) / hy
+            gz = (p * (q * (f[1] - f[0]) + v * (f[3] - f[2])) + u * (q * (f[5] - f[4]) + v * (f[7] - f[6]))) / hz
+            slope[n] = min(slope[n], math.sqrt(gx * gx + gy * gy + gz * gz))
 
 
 def distances(
-    values: Floats, x: Floats, y: Floats, z: Floats, level: float, points: Floats, triangles: Integers, cell: Integers
-) -> tuple[Floats, Floats]:
+    values: Floats, x: Floats, y: Floats, z: Floats, level: float, points: Floats, triangles: Integers, cell: Integers,
+    *, slabs: Slabs | None = None,
+) -> tuple[Floats, Floats]:  # fmt: skip
     """The proven distance of each triangle from the trilinear surface, and the least slope about each point.
 
     Parameters
@@ -193,6 +234,9 @@ def distances(
     values, x, y, z : (nz, ny, nx), (nx,), (ny,), (nz,)
     points, triangles, cell : (n, 3), (m, 3), (m,)
         A surface, as of `marching.surface`: each triangle lies in its cell, its normal points to the low side.
+    slabs
+        Applies a function to each of some numbers and gives the list of results, perhaps in several threads; what it
+        raises ends the work.
 
     Returns
     -------
@@ -201,17 +245,37 @@ def distances(
 
     Accuracy: proven, rounding included.
     """
-    lattice = Lattice(*(np.ascontiguousarray(array, np.float64).view() for array in (values, x, y, z)))
-    for array in lattice:
-        array.flags.writeable = False
-    finite = np.abs(lattice.values[np.isfinite(lattice.values)])
-    size = float(finite.max(initial=0.0)) + abs(level)
+    shape = np.shape(values)
+    values, x, y, z = (np.ascontiguousarray(array, np.float64).reshape(-1) for array in (values, x, y, z))
+    if shape != (z.size, y.size, x.size):
+        raise ValueError(f"values of shape {shape} do not fit {z.size} x {y.size} x {x.size} coordinates")
+    size = _size(values) + abs(level)
     reach, slope = np.empty(len(triangles)), np.full(len(points), math.inf)
     ids, origin = (np.ascontiguousarray(array, np.int64) for array in (triangles, cell))
-    _measure(lattice, float(level), np.ascontiguousarray(points, np.float64), ids, origin, size, reach, slope)
-    place = max(float(np.abs(axis).max()) for axis in lattice[1:])
-    proven: npt.NDArray[np.float64] = reach * (1.0 + ROUNDING) + ROUNDING * place
-    return proven, slope
+    at = np.ascontiguousarray(points, np.float64)
+    read_only = [array.view() for array in (values, x, y, z)]
+    for array in read_only:
+        array.flags.writeable = False  # one signature for arrays that may and may not be written
+    values, x, y, z = read_only
+
+    def measure(first: int) -> None:
+        last = min(first + TRIANGLES_A_SLAB, len(ids))
+        _measure(values, float(level), x, y, z, at, ids, origin, first, last, size, reach, np.empty(95))
+
+    each = slabs or (lambda function, numbers: [function(n) for n in numbers])
+    each(measure, range(0, len(ids), TRIANGLES_A_SLAB))
+    _slopes(values, x, y, z, at, ids, origin, slope, np.empty(8))
+    place = max(float(np.abs(axis).max()) for axis in (x, y, z))
+    return reach * (1.0 + ROUNDING) + ROUNDING * place, slope
+
+
+def _size(values: Floats) -> float:
+    """The largest finite |value|."""
+    with np.errstate(invalid="ignore"):
+        low, high = float(np.min(values)), float(np.max(values))
+    if math.isfinite(low) and math.isfinite(high):
+        return max(-low, high)
+    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
 def warm() -> None:

@@ -33,16 +33,23 @@ def words(nx: int) -> int:
     return (nx + 7) // 8 + 1
 
 
-@lean_inlined
-def _sides(values: Floats, level: float, nx: int, ny: int, k: int, row: int, plane: Bytes) -> int:
-    """A byte for each sample of plane k: 1 where it is above, `HOLE` where it is not finite; how many are not."""
-    holes = 0
+@lean
+def _sides(values: Floats, level: float, nx: int, ny: int, k: int, row: int, plane: Bytes, wanted: Bytes) -> int:
+    """A byte for each wanted sample of plane k: 1 where it is above, `HOLE` where it is not finite; how many are not."""
+    holes, width, rows = 0, (nx + 7) // 8, (ny + 7) // 8
     for j in range(ny):
-        begin, to = (k * ny + j) * nx, ((k % 3) * ny + j) * row
-        samples, bytes_ = values[begin : begin + nx], plane[to : to + nx]
-        for i in range(nx):
-            bytes_[i] = np.uint8(samples[i] >= level)
-            holes += samples[i] - samples[i] != 0.0
+        begin, to, block = (k * ny + j) * nx, ((k % 3) * ny + j) * row, ((k // 8) * rows + j // 8) * width
+        first = 0
+        while first < width:
+            last = first
+            while last < width and wanted[index(block + last)]:
+                last += 1
+            a, b = 8 * first, min(8 * last, nx)
+            samples, bytes_ = values[begin + a : begin + b], plane[to + a : to + b]
+            for i in range(b - a):
+                bytes_[i] = np.uint8(samples[i] >= level)
+                holes += samples[i] - samples[i] != 0.0
+            first = last + 1
     if holes:
         for j in range(ny):
             begin, to = (k * ny + j) * nx, ((k % 3) * ny + j) * row
@@ -76,7 +83,7 @@ def _new_beside_holes(plane: Bytes, i: int, j: int, k: int, row: int, nx: int, n
 def find(
     values: Floats, nx: int, ny: int, level: float, first: int, last: int, plane: Bytes, word: Words, active: Integers,
     row_start: Integers, special: Integers, counts: Integers,
-    used: Masks, shared: Masks, open_: Masks, ones: Bytes, sides: Bytes,
+    busy: Bytes, wanted: Bytes, used: Masks, shared: Masks, open_: Masks, ones: Bytes, sides: Bytes,
 ) -> int:
     """The cells of layers first to last - 1 that the surface passes; how many.
 
@@ -86,16 +93,17 @@ def find(
     active : gets the column of each cell << 32, bits of its new vertices << 8, its code
     row_start : ((last - first) (ny - 1) + 1,) gets where each row of cells starts there
     special : gets the first node of each cell that needs more thought
+    busy, wanted : of each block of eight cells along each axis, whether the surface may pass; of nodes, whether they count
     counts : ((last - first), 4) gets what each layer holds, as far as the codes tell
     """
     width = (nx + 7) // 8 + 1
     row, found, strange = 8 * width, 0, 0
     below, here = 0, 0
     if first > 0:
-        below = _sides(values, level, nx, ny, first - 1, row, plane)
-    here = _sides(values, level, nx, ny, first, row, plane)
+        below = _sides(values, level, nx, ny, first - 1, row, plane, wanted)
+    here = _sides(values, level, nx, ny, first, row, plane, wanted)
     for k in range(first, last):
-        above = _sides(values, level, nx, ny, k + 1, row, plane)
+        above = _sides(values, level, nx, ny, k + 1, row, plane, wanted)
         holes = below + here + above
         below, here = here, above
         top, rest, triangles, before = 0, 0, 0, strange
@@ -104,8 +112,13 @@ def find(
             w0, w1 = ((k % 3) * ny + j) * width, (((k + 1) % 3) * ny + j) * width
             a, b = word[w0 : w0 + width], word[w1 : w1 + width]
             c, d = word[w0 + width : w0 + 2 * width], word[w1 + width : w1 + 2 * width]
-            four = a[0] | (b[0] << ONE) | (c[0] << TWO) | (d[0] << THREE)
+            four, block, runs = EMPTY, ((k // 8) * ((ny + 7) // 8) + j // 8) * (width - 1), False
             for w in range(width - 1):
+                if not busy[index(block + w)]:
+                    runs = False
+                    continue
+                if not runs:
+                    four, runs = a[w] | (b[w] << ONE) | (c[w] << TWO) | (d[w] << THREE), True
                 after = a[w + 1] | (b[w + 1] << ONE) | (c[w + 1] << TWO) | (d[w + 1] << THREE)
                 following = (four >> EIGHT) | (after << REST_OF_WORD)
                 eight = (four & LOW) | ((following & LOW) << FOUR)

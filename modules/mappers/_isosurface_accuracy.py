@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +22,7 @@ EXACT_TOPOLOGY = "asymptotic decider and inflection points; Lopes 1999, 4.2 [acc
 
 def position(
     model: Model, axes: tuple[Floats, ...], level: float, points: Floats, triangles: Ints, cell: Ints, method: str, unit: str,
-    most: float = np.inf,
+    most: float = np.inf, slabs: Any = None,
 ) -> tuple[Accuracy, Floats]:
     """Errors of the values as displacements of the points, and the proven distance of the triangles.
 
@@ -29,6 +31,7 @@ def position(
     points, triangles, cell : (n, 3), (m, 3), (m,)
     unit : of lengths
     most : a distance that the method never exceeds
+    slabs : shares the proof, as `Progress.map` does
 
     Returns
     -------
@@ -37,7 +40,7 @@ def position(
     Accuracy: displacement = error / |grad F|, to first order; flagged where that fails.
     """
     values = np.asarray(model.samples.values, float)
-    reach, slope = kernels.marching_distance.distances(values, *axes, level, points, triangles, cell)
+    reach, slope = kernels.marching_distance.distances(values, *axes, level, points, triangles, cell, slabs=slabs)
     reach = np.minimum(reach, most)
     accuracy = displaced(model, points, model.at(points)[1], slope, unit)
     proven = np.isfinite(reach)

@@ -19,6 +19,7 @@ from modules.api import (
     Rectilinear,
     Regular,
     mapper,
+    memo,
 )
 from modules.mappers._isosurface_accuracy import position
 from modules.mappers._isosurface_elsewhere import elsewhere, is_plain
@@ -75,10 +76,11 @@ def isosurface(
     if not np.isfinite(chosen):
         raise ValueError(f"the level must be a number, not {chosen}")
     if method == "accurate":
-        passes = iter((progress.part(0.0, 0.2), progress.part(0.2, 0.8)))
+        passes = iter((progress.part(0.0, 0.2), progress.part(0.2, 0.7)))
         drawn = kernels.marching.surface(
-            values, *axes, chosen, slabs=lambda function, numbers: next(passes).map(function, numbers)
-        )
+            values, *axes, chosen, slabs=lambda function, numbers: next(passes).map(function, numbers),
+            index=memo(model, "blocks of the isosurface", lambda: kernels.marching.blocks(values)),
+        )  # fmt: skip
         points, triangles, cell = drawn.points, drawn.triangles, drawn.cell
     else:
         points, triangles, cell = draw(method, values, axes, chosen, cuts, progress)
@@ -86,7 +88,9 @@ def isosurface(
             return dots(model, points, cell, axes, chosen, cuts)
     progress.check()
     most = within(method, axes, cuts)
-    accuracy, reach = position(model, axes, chosen, points, triangles, cell, method, unit or "", most)
+    accuracy, reach = position(
+        model, axes, chosen, points, triangles, cell, method, unit or "", most, progress.part(0.7, 1.0).map
+    )
     if method != "accurate":
         accuracy = accuracy.miss(Missing("Topology of the surface", why_unknown(method)))
     open_here, flags = holes(points, triangles, axes) if method == "classic" else (None, [])

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.ndimage import label
+from scipy.interpolate import RegularGridInterpolator
+from scipy.ndimage import gaussian_filter, label
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from modules.kernels import marching
+from modules.kernels import marching, marching_distance
 
 STEPS = [np.array(s) for s in itertools.product((0, 1), repeat=3) if any(s)]
 FREUDENTHAL = np.zeros((3, 3, 3), bool)
@@ -18,9 +19,9 @@ for step in STEPS:
     FREUDENTHAL[tuple(1 + step)] = FREUDENTHAL[tuple(1 - step)] = True
 
 
-def surface(values: Any, level: Any = 0.0) -> Any:
+def surface(values: Any, level: Any = 0.0, **more: Any) -> Any:
     x, y, z = (np.arange(float(n)) for n in reversed(values.shape))
-    return marching.surface(np.asarray(values, float), x, y, z, level)
+    return marching.surface(np.asarray(values, float), x, y, z, level, **more)
 
 
 def refined(values: Any, k: Any) -> Any:
@@ -151,6 +152,39 @@ def test_slabs_do_not_show(monkeypatch: Any) -> None:
         assert np.array_equal(cut.points, whole.points)
         assert np.array_equal(cut.triangles, whole.triangles)
         assert np.array_equal(cut.cell, whole.cell)
+
+
+def test_an_index_of_blocks_changes_nothing() -> None:
+    random = np.random.default_rng(6)
+    for shape in ((20, 19, 18), (9, 9, 9), (2, 30, 17), (17, 8, 25)):
+        values = gaussian_filter(random.normal(size=shape), 2.0)
+        index = marching.blocks(values)
+        for level in (values.mean(), values.max() - 1e-3, values.max(), values.min(), values[0, 0, 0], values.max() + 1):
+            s, t = surface(values, level), surface(values, level, index=index)
+            assert np.array_equal(s.points, t.points)
+            assert np.array_equal(s.triangles, t.triangles)
+    values[0, 0, 0] = np.nan
+    assert marching.blocks(values) is None
+
+
+def test_no_sample_of_a_triangle_is_farther_than_its_proven_distance() -> None:
+    values = gaussian_filter(np.random.default_rng(7).normal(size=(12, 12, 12)), 1.0)
+    s = surface(values)
+    x = np.arange(12.0)
+    reach, slope = marching_distance.distances(values, x, x, x, 0.0, s.points, s.triangles, s.cell)
+    known = np.isfinite(reach)
+    assert known.mean() > 0.9
+    assert (slope > 0).all()
+    corner = s.points[s.triangles][known]
+    normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 1] - corner[:, 0])
+    step = normal / np.linalg.norm(normal, axis=1)[:, None] * reach[known][:, None]
+    field = RegularGridInterpolator((x, x, x), values.transpose(2, 1, 0), bounds_error=False)
+    for a, b in itertools.product(np.linspace(0, 1, 9), repeat=2):
+        if a + b <= 1:
+            at = corner[:, 0] + a * (corner[:, 1] - corner[:, 0]) + b * (corner[:, 2] - corner[:, 0])
+            low, high = field(at - step), field(at + step)
+            assert not (low > 1e-12).any()  # beyond the border it is nan
+            assert not (high < -1e-12).any()
 
 
 def test_a_sample_that_is_not_known_leaves_a_hole() -> None:
