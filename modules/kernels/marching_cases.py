@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from modules.kernels._jit import jit
+from modules.kernels._jit import lean
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -34,6 +34,7 @@ MOST_INNER = 8
 CELL = np.dtype(
     [
         ("value", np.float64, (8,)),  # less the level
+        ("given", np.float64, (8,)),  # the values as they are
         ("loop", np.int64, (12,)),  # the edges of the polygons, one polygon after the other
         ("face", np.int64, (12,)),  # of the arc from each edge to the next
         ("slot", np.int64, (12,)),
@@ -49,6 +50,11 @@ CELL = np.dtype(
         ("ray_at", np.float64, (12, 3)),
         ("token", np.int64, (36, 2)),  # vertices (0) and ends of lines (1) in their order around a polygon
         ("ring", np.int64, (24,)),  # the inner point that each vertex around a polygon belongs to
+        ("chain", np.float64, (6, 3)),  # the inflection points of a loop-back polygon
+        ("kind", np.int64, (6,)),  # their axes
+        ("order", np.int64, (24,)),  # in which a polygon meets them
+        ("box", np.float64, (3, 3)),  # least, largest and mean place of the crossings of a polygon
+        ("spot", np.float64, (16,)),  # places along an arc
     ],
     align=True,
 )
@@ -201,7 +207,7 @@ def all_polygons() -> Polygons:
     return Polygons(rows, np.array(shapes), ambiguous)
 
 
-@jit
+@lean
 def take_polygons(cell: Cell, shape: npt.NDArray[np.int8]) -> int:
     """Put a row of `Polygons.shape` into a cell; the number of polygons."""
     for n in range(12):
@@ -215,7 +221,7 @@ def take_polygons(cell: Cell, shape: npt.NDArray[np.int8]) -> int:
     return number
 
 
-@jit
+@lean
 def bent_back(cell: Cell, polygon: int) -> int:
     """A bit for each axis on a face of which the polygon has two arcs (a loop-back face)."""
     axes = 0
@@ -225,23 +231,23 @@ def bent_back(cell: Cell, polygon: int) -> int:
     return axes
 
 
-@jit
+@lean
 def shoulder_faces(cell: Cell, polygon: int) -> tuple[int, int]:
     """The two faces, on other axes, between which the bi-shoulder point is sought: opposite pairs first.
 
     Source: thesis 4.2.2.2; the first that its rule admits.
     """
-    has = np.zeros(6, np.bool_)
+    has = 0
     for face in range(6):
-        has[face] = cell.arc[face, 0, 2] == polygon or cell.arc[face, 1, 2] == polygon
+        has |= (cell.arc[face, 0, 2] == polygon or cell.arc[face, 1, 2] == polygon) << face
     first, second = -1, -1
     for single in range(2):
         for face in range(6):
-            if first < 0 and has[face] and (single or has[face ^ 1]):
+            if first < 0 and (has >> face) & 1 and (single or (has >> (face ^ 1)) & 1):
                 first = face
     for single in range(2):
         for face in range(6):
-            if second < 0 and face // 2 != first // 2 and has[face] and (single or has[face ^ 1]):
+            if second < 0 and face // 2 != first // 2 and (has >> face) & 1 and (single or (has >> (face ^ 1)) & 1):
                 second = face
     return first, second
 

@@ -9,7 +9,7 @@ from importlib import import_module
 import numpy as np
 import numpy.typing as npt
 
-from modules.kernels._jit import jit
+from modules.kernels._jit import jit, lean
 from modules.kernels.bilinear import determinant
 from modules.kernels.marching_cases import (
     FACE_CORNERS,
@@ -46,7 +46,7 @@ def joined_faces(corner: Floats, level: float, code: int, faces: int) -> int:
     return joined
 
 
-@jit
+@lean
 def patch(cell: Cell, number: int) -> int:
     """The inner points and triangles of a cell of known values and polygons; bits of the polygons joined through it."""
     for polygon in range(number):
@@ -87,7 +87,7 @@ def patches(
     inner, triangle : get the places of the inner points and the vertices of the triangles, cell after cell
     tunnels : its item is raised for each tunnel
     """
-    corner, points, corners = np.empty(8), 0, 0
+    corner, points, corners = cell.given, 0, 0
     for n in range(len(nodes)):
         code = int64(0)
         for c in range(8):

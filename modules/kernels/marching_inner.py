@@ -9,11 +9,9 @@ Source: Lopes 1999, section 4.2.2.2.
 import math
 from importlib import import_module
 
-import numpy as np
-
-from modules.kernels._jit import jit
+from modules.kernels._jit import lean
 from modules.kernels.marching_cases import ACROSS, FACE_CORNERS, Cell, Floats, shoulder_faces
-from modules.kernels.marching_points import crossing, is_inside, shoulder
+from modules.kernels.marching_points import crossing, is_inside, put, shoulder
 
 CLOSE = 1e-10
 """Of the cell: when the two slices agree so far, the search ends."""
@@ -21,7 +19,7 @@ CLOSE = 1e-10
 MOST_STEPS = 60
 
 
-@jit
+@lean
 def slot_of(cell: Cell, face: int, at: Floats) -> int:
     """The slot of the arc of a face that holds a place of the face's contour; -1 if the face has none."""
     if cell.arc[face, 1, 0] < 0:
@@ -47,18 +45,18 @@ def slot_of(cell: Cell, face: int, at: Floats) -> int:
     return best
 
 
-@jit
+@lean
 def _belongs(cell: Cell, polygon: int, axis: int, t: float, side: int, end: tuple[float, float]) -> bool:
     """Whether the point on a side of a slice lies on an arc of the polygon."""
     p, q = ACROSS[axis, 0], ACROSS[axis, 1]
     face = 2 * (q if side % 2 == 0 else p) + (1 if side == 1 or side == 2 else 0)
-    at = np.empty(3)
+    at = cell.spot
     at[axis], at[p], at[q] = t, end[0], end[1]
     slot = slot_of(cell, face, at)
     return slot >= 0 and cell.arc[face, slot, 2] == polygon
 
 
-@jit
+@lean
 def slice_shoulder(cell: Cell, polygon: int, axis: int, t: float, near: Floats, at: Floats) -> bool:
     """The shoulder point, on the slice axis = t, of the arc of a polygon: the nearest one where there are two.
 
@@ -109,7 +107,7 @@ def slice_shoulder(cell: Cell, polygon: int, axis: int, t: float, near: Floats, 
     return found
 
 
-@jit
+@lean
 def _on_side(g0: float, g1: float, g2: float, g3: float, side: int) -> tuple[float, float]:
     if side == 0:
         return crossing(g0, g1), 0.0
@@ -120,7 +118,7 @@ def _on_side(g0: float, g1: float, g2: float, g3: float, side: int) -> tuple[flo
     return 0.0, crossing(g0, g3)
 
 
-@jit
+@lean
 def bi_shoulder(cell: Cell, polygon: int, first: int, second: int, start: float, at: Floats) -> bool:
     """The point that is a shoulder point of the slices across the axes of two faces; whether one was found inside.
 
@@ -134,12 +132,13 @@ def bi_shoulder(cell: Cell, polygon: int, first: int, second: int, start: float,
     """
     a, b = first // 2, second // 2
     here, there = cell.probe[0], cell.probe[1]
-    there[:] = math.nan
+    there[0] = there[1] = there[2] = math.nan
     t, t_before, gap_before, found = start, math.nan, math.nan, False
     for _ in range(MOST_STEPS):
         if not slice_shoulder(cell, polygon, a, t, there, here):
             break
-        at[:], found = here, True
+        put(at, here)
+        found = True
         if not slice_shoulder(cell, polygon, b, here[b], here, there):
             break
         gap = there[a] - t
@@ -154,7 +153,7 @@ def bi_shoulder(cell: Cell, polygon: int, first: int, second: int, start: float,
     return found and is_inside(at)
 
 
-@jit
+@lean
 def inner_point(cell: Cell, polygon: int, size: int, at: Floats) -> None:
     """A point inside the cell for a fan over a polygon: the bi-shoulder point, or else one of some slice.
 
@@ -165,7 +164,9 @@ def inner_point(cell: Cell, polygon: int, size: int, at: Floats) -> None:
     start = cell.at[12 + 2 * second + slot, first // 2]
     if bi_shoulder(cell, polygon, first, second, start, at):
         return
-    low, high, mean = np.ones(3), np.zeros(3), np.zeros(3)
+    low, high, mean = cell.box[0], cell.box[1], cell.box[2]
+    for axis in range(3):
+        low[axis], high[axis], mean[axis] = 1.0, 0.0, 0.0
     begin = cell.start[polygon]
     for i in range(begin, begin + size):
         for axis in range(3):
@@ -177,7 +178,7 @@ def inner_point(cell: Cell, polygon: int, size: int, at: Floats) -> None:
             t = low[axis] + part * (high[axis] - low[axis])
             if slice_shoulder(cell, polygon, axis, t, mean, at) and is_inside(at):
                 return
-    at[:] = mean
+    put(at, mean)
 
 
 def warm() -> None:

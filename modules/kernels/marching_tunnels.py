@@ -9,19 +9,17 @@ Source: Lopes 1999, sections 4.2.2.1 and 4.2.2.3; configuration 13 has tunnels t
 import math
 from importlib import import_module
 
-import numpy as np
-
-from modules.kernels._jit import jit
+from modules.kernels._jit import lean
 from modules.kernels.marching_cases import INNER, Cell, Floats, Integers, int64
 from modules.kernels.marching_inner import slot_of
-from modules.kernels.marching_points import HEXAGON
+from modules.kernels.marching_points import HEXAGON, put
 
 SIX, TWELVE, FIRST_INNER = int64(6), int64(12), int64(INNER)
 SAME = 1e-6
 """Of the cell: points that agree so far in two coordinates lie on one straight line of the surface."""
 
 
-@jit
+@lean
 def vertex_around(cell: Cell, polygon: int, i: int) -> int:
     """The i-th vertex around a polygon: crossings and shoulder points by turns."""
     k = cell.start[polygon] + i // 2
@@ -29,7 +27,7 @@ def vertex_around(cell: Cell, polygon: int, i: int) -> int:
     return result
 
 
-@jit
+@lean
 def add_triangle(cell: Cell, p: int, q: int, r: int) -> None:
     """One more triangle of the patch."""
     n = cell.count[1]
@@ -37,7 +35,7 @@ def add_triangle(cell: Cell, p: int, q: int, r: int) -> None:
     cell.count[1] = n + 1
 
 
-@jit
+@lean
 def hexagon_lines(cell: Cell) -> None:
     """The twelve ends, on faces, of the six straight lines through the hexagon."""
     for k in range(6):
@@ -51,23 +49,23 @@ def hexagon_lines(cell: Cell) -> None:
         _end_line(cell, 2 * k + 1, high, cell.hexagon[k], axis + 3)
 
 
-@jit
+@lean
 def _end_line(cell: Cell, n: int, point: int, through: Floats, way: int) -> None:
     """The end of a line through a point, on a face: the low ones of the axes come first."""
     axis, side = way % 3, way // 3
-    cell.ray_at[n] = through
+    put(cell.ray_at[n], through)
     cell.ray_at[n, axis] = side
     cell.ray[n, 0], cell.ray[n, 1] = point, 2 * axis + side
     cell.ray[n, 2] = slot_of(cell, 2 * axis + side, cell.ray_at[n])
 
 
-@jit
+@lean
 def owner(cell: Cell, n: int) -> int:
     """The polygon on which the n-th line ends; -1 if on none."""
     return cell.arc[cell.ray[n, 1], cell.ray[n, 2], 2] if cell.ray[n, 2] >= 0 else -1
 
 
-@jit
+@lean
 def order_around(cell: Cell, polygon: int, size: int, lines: int) -> int:
     """Vertices and ends of lines in their order around a polygon, as tokens; their number."""
     n = 0
@@ -78,7 +76,7 @@ def order_around(cell: Cell, polygon: int, size: int, lines: int) -> int:
         cell.token[n, 0], cell.token[n, 1] = 0, 2 * i
         n += 1
         begin = n
-        place = np.empty(16)
+        place = cell.spot
         for line in range(-1, lines):
             if line >= 0 and not (cell.ray[line, 1] == face and cell.ray[line, 2] == slot):
                 continue
@@ -87,7 +85,7 @@ def order_around(cell: Cell, polygon: int, size: int, lines: int) -> int:
             m = n
             while m > begin and place[m - 1 - begin] > along:
                 place[m - begin] = place[m - 1 - begin]
-                cell.token[m] = cell.token[m - 1]
+                cell.token[m, 0], cell.token[m, 1] = cell.token[m - 1, 0], cell.token[m - 1, 1]
                 m -= 1
             place[m - begin] = along
             cell.token[m, 0] = 0 if line < 0 else 1
@@ -96,7 +94,7 @@ def order_around(cell: Cell, polygon: int, size: int, lines: int) -> int:
     return n
 
 
-@jit
+@lean
 def assign_hexagon(cell: Cell, tokens: int) -> None:
     """To each vertex around a polygon the point of the hexagon that it sees between the lines around it."""
     for i in range(tokens):
@@ -116,7 +114,7 @@ def assign_hexagon(cell: Cell, tokens: int) -> None:
         cell.ring[cell.token[i, 1]] = here
 
 
-@jit
+@lean
 def zip_ring(cell: Cell, polygon: int, size: int, base: int, points: int) -> int:
     """Triangles between a polygon and a ring of inner points, from `base` on; how many points it goes round."""
     n, turns = 2 * size, 0
@@ -138,7 +136,7 @@ def zip_ring(cell: Cell, polygon: int, size: int, base: int, points: int) -> int
     return turns
 
 
-@jit
+@lean
 def hexagon_patch(cell: Cell, polygons: int) -> int:
     """The patch of the polygons that the six straight lines meet: a tunnel between two, or a disc; a bit for each.
 
@@ -168,45 +166,46 @@ def hexagon_patch(cell: Cell, polygons: int) -> int:
             add_triangle(cell, corner, INNER + (2 * n + 1) * s % 6, INNER + (2 * n + 2) * s % 6)
         add_triangle(cell, FIRST_INNER, INNER + 2 * s % 6, INNER + 4 * s % 6)
     for n in range(6):
-        cell.at[INNER + n] = cell.hexagon[n]
+        put(cell.at[INNER + n], cell.hexagon[n])
     cell.count[0] = 6
     return met
 
 
-@jit
+@lean
 def loop_back_patch(cell: Cell, polygon: int, size: int, axes: int) -> bool:
     """A polygon with loop-back faces: about the inflection point of their axis, or a chain of two or three."""
-    base, kind, chain = cell.count[0], np.zeros(6, np.int64), np.empty((6, 3))
+    base, chain = cell.count[0], cell.chain
     single = axes == 1 or axes == 2 or axes == 4
-    points = _gather_chain(cell, axes if single else 7, chain, kind)
+    points = _gather_chain(cell, axes if single else int64(7), chain, cell.kind)
     if single:
         if points != 1:
             return False
-        cell.at[INNER + base] = chain[0]
+        put(cell.at[INNER + base], chain[0])
         cell.count[0] = base + 1
         fan(cell, polygon, size, INNER + base)
         return True
     if not 2 <= points <= 3:
         return False
-    lines = _chain_lines(cell, polygon, chain, kind, points)
+    lines = _chain_lines(cell, polygon, chain, cell.kind, points)
     if lines < 0:
         return False
     _assign_chain(cell, polygon, order_around(cell, polygon, size, lines), chain)
     return _close_chain(cell, polygon, size, chain, points)
 
 
-@jit
+@lean
 def _gather_chain(cell: Cell, axes: int, chain: Floats, kind: Integers) -> int:
     """The inflection points of some axes, and their axis; their number."""
     points = 0
     for n in range(6):
         if not math.isnan(cell.bend[n, 0]) and (axes >> (n // 2)) & 1:
-            chain[points], kind[points] = cell.bend[n], n // 2
+            put(chain[points], cell.bend[n])
+            kind[points] = n // 2
             points += 1
     return points
 
 
-@jit
+@lean
 def fan(cell: Cell, polygon: int, size: int, centre: int) -> None:
     """A triangle from each side of a polygon to an inner point."""
     for i in range(2 * size):
@@ -214,7 +213,7 @@ def fan(cell: Cell, polygon: int, size: int, centre: int) -> None:
         add_triangle(cell, vertex_around(cell, polygon, i), vertex_around(cell, polygon, j), centre)
 
 
-@jit
+@lean
 def _chain_lines(cell: Cell, polygon: int, chain: Floats, kind: Integers, points: int) -> int:
     """The ends, on arcs of the polygon, of the lines through the points of a chain; -1 if some point has none."""
     lines, seen = int64(0), 0
@@ -239,7 +238,7 @@ def _chain_lines(cell: Cell, polygon: int, chain: Floats, kind: Integers, points
     return result
 
 
-@jit
+@lean
 def _assign_chain(cell: Cell, polygon: int, tokens: int, chain: Floats) -> None:
     """To each vertex around a polygon a point of the chain; where two may do, those before a cut get the first."""
     for i in range(tokens):
@@ -264,10 +263,10 @@ def _assign_chain(cell: Cell, polygon: int, tokens: int, chain: Floats) -> None:
             cell.ring[cell.token[(i + 1 + k) % tokens, 1]] = here if k < cut else there
 
 
-@jit
+@lean
 def _close_chain(cell: Cell, polygon: int, size: int, chain: Floats, points: int) -> bool:
     """Triangles between a polygon and its chain, if the polygon meets each point of it once."""
-    base, n, order, met = INNER + cell.count[0], 2 * size, np.zeros(24, np.int64), 0
+    base, n, order, met = INNER + cell.count[0], 2 * size, cell.order, 0
     for i in range(n):
         if cell.ring[i] != cell.ring[(i - 1) % n]:
             order[met] = cell.ring[i]
@@ -278,7 +277,7 @@ def _close_chain(cell: Cell, polygon: int, size: int, chain: Floats, points: int
     if points == 3:
         add_triangle(cell, base + order[0], base + order[1], base + order[2])
     for m in range(points):
-        cell.at[base + m] = chain[m]
+        put(cell.at[base + m], chain[m])
     cell.count[0] += points
     return True
 
