@@ -36,7 +36,7 @@ def test_writing_a_module_works_as_written(nonius: Nonius, tmp_path: Path, monke
             (folder if name.endswith(".py") else tmp_path).joinpath(name).write_text(text, "utf-8")
         elif language == "python":
             exec(compile(text, "writing-a-module.md", "exec"), {})
-            del sys.modules["smooth"]
+            del sys.modules["soften"]
         elif language == "sh":
             for line in text.splitlines():
                 words = re.findall(r"'[^']*'|\S+", line)
@@ -44,12 +44,12 @@ def test_writing_a_module_works_as_written(nonius: Nonius, tmp_path: Path, monke
                 assert said.code == 0, (line, said)
                 ran.append((words[1], said.out))
     assert [command for command, _ in ran] == ["modules", "describe", "run"]
-    assert "user.smooth.smooth" in ran[0][1]
+    assert "user.soften.soften" in ran[0][1]
     assert "the binomial filter" in ran[1][1]
     report = json.loads((tmp_path / "report.json").read_text("utf-8"))
     assert {n["node"]: n["status"] for n in report["nodes"]}["contour"] == "ran"
     assert "Smoothing" in report["nodes"][-1]["budget"]["lines"]["missing"]
-    module = next(text for _, name, text in blocks(DOCS / "writing-a-module.md") if name == "smooth.py")
+    module = next(text for _, name, text in blocks(DOCS / "writing-a-module.md") if name == "soften.py")
     code = [line for line in module[module.rindex('"""') :].splitlines()[1:] if line.strip()]
     assert len(code) <= 20
 
