@@ -102,7 +102,7 @@ def test_the_triangle_that_is_met_is_the_one_that_is_drawn(port: Viewport, dimen
     shape = sheet()
     shown = scene(layer(shape, SurfaceLook(smooth=False)), dimensions=dimensions, exaggeration=3.0 if dimensions == 3 else 1.0)
     port.show(shown)
-    (actor,) = port._drawn[0].props
+    actor = port._drawn[0].props[0]
     number = np.arange(len(shape.polygons))
     from app.draw import meshes
     data = meshes.surface_of(shape)
