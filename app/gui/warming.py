@@ -78,6 +78,8 @@ class Warming(QObject):
                 continue
 
     def _end(self) -> None:
+        if self._over.is_set():
+            return
         self._over.set()
         if self.wait in kernels.before_loading:
             kernels.before_loading.remove(self.wait)
