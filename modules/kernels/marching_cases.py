@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from modules.kernels._jit import lean
+from modules.kernels._jit import lean, lean_part
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -41,7 +41,7 @@ CELL = np.dtype(
         ("start", np.int64, (6,)),  # where each polygon starts, and after the last its end
         ("arc", np.int64, (6, 2, 3)),  # of each face and slot: two edges as the polygon runs, and the polygon; -1: none
         ("at", np.float64, (32, 3)),  # places of the vertices in the unit cell
-        ("probe", np.float64, (2, 3)),  # places of a search
+        ("probe", np.float64, (3, 3)),  # places of a search
         ("count", np.int64, (2,)),  # inner points and triangles
         ("triangle", np.int64, (48, 3)),  # vertices
         ("bend", np.float64, (6, 3)),  # inflection points, two an axis; nan: none inside
@@ -207,7 +207,7 @@ def all_polygons() -> Polygons:
     return Polygons(rows, np.array(shapes), ambiguous)
 
 
-@lean
+@lean_part
 def take_polygons(cell: Cell, shape: npt.NDArray[np.int8]) -> int:
     """Put a row of `Polygons.shape` into a cell; the number of polygons."""
     for n in range(12):
@@ -221,7 +221,7 @@ def take_polygons(cell: Cell, shape: npt.NDArray[np.int8]) -> int:
     return number
 
 
-@lean
+@lean_part
 def bent_back(cell: Cell, polygon: int) -> int:
     """A bit for each axis on a face of which the polygon has two arcs (a loop-back face)."""
     axes = 0

@@ -9,7 +9,7 @@ from importlib import import_module
 import numpy as np
 import numpy.typing as npt
 
-from modules.kernels._jit import jit, lean
+from modules.kernels._jit import jit, lean_part
 from modules.kernels.bilinear import determinant
 from modules.kernels.marching_cases import (
     FACE_CORNERS,
@@ -46,7 +46,7 @@ def joined_faces(corner: Floats, level: float, code: int, faces: int) -> int:
     return joined
 
 
-@lean
+@lean_part
 def patch(cell: Cell, number: int) -> int:
     """The inner points and triangles of a cell of known values and polygons; bits of the polygons joined through it."""
     for polygon in range(number):

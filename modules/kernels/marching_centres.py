@@ -13,7 +13,7 @@ Source: Lopes 1999, section 4.2.2.2 and, for the closed forms, equations (3.6) a
 import math
 from importlib import import_module
 
-from modules.kernels._jit import lean, vectorized
+from modules.kernels._jit import lean_part, vectorized
 from modules.kernels.marching_cases import Floats
 
 LANES = 64
@@ -68,7 +68,7 @@ def from_corner(v: float, va: float, vb: float, vc: float, corner: bool) -> tupl
     return (-v if corner else 1.0) * g * part, -v * b * part if corner else opposite
 
 
-@lean
+@lean_part
 def sweep(lane: Floats) -> None:
     """One round of the search in all lanes: two slices, and the next place; short loops, so that lanes overlap."""
     for n in range(LANES):
@@ -100,7 +100,7 @@ def _following(t: float, gap: float, t_before: float, gap_before: float) -> floa
     return secant if (abs(gap) < 0.9 * abs(gap_before)) & (secant > 0.0) & (secant < 1.0) else half
 
 
-@lean
+@lean_part
 def begin(lane: Floats) -> None:
     """The first place in lanes that are new: the mean of the polygon's crossings; their sum so far is in the lane."""
     for n in range(LANES):

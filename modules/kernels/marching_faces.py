@@ -5,7 +5,7 @@ Source: Lopes 1999, equations (3.6) and (3.7), in the closed form of `marching_c
 
 from importlib import import_module
 
-from modules.kernels._jit import lean, lean_inlined
+from modules.kernels._jit import lean_inlined, lean_part
 from modules.kernels.marching_cases import FACE_CORNERS, FACE_EDGES, Bytes, Floats, Integers, index, int64
 from modules.kernels.marching_centres import NEAR, from_corner
 from modules.kernels.marching_points import place_shoulder
@@ -45,7 +45,7 @@ def seek_face(
     return filled + 1
 
 
-@lean
+@lean_part
 def settle_faces(
     lane: Floats, tag: Integers, filled: int, values: Floats, level: float, x: Floats, y: Floats, z: Floats, point: Floats,
     spare: Floats,
@@ -73,7 +73,7 @@ def settle_faces(
         place_face_carefully(f, face, int64(0), int64(0), ends, point, tag[m], at)
 
 
-@lean
+@lean_part
 def place_face_carefully(
     f: Floats, face: int, slot: int, joined: int, ends: Floats, point: Floats, n: int, at: Floats
 ) -> None:

@@ -6,7 +6,7 @@ The samples become bytes, eight of which are looked at together: where all are o
 import numpy as np
 import numpy.typing as npt
 
-from modules.kernels._jit import lean, lean_inlined
+from modules.kernels._jit import lean, lean_inlined, lean_part
 from modules.kernels.marching_cases import Bytes, Floats, Integers, Masks, index, int64
 from modules.kernels.marching_tables import EARLIER
 
@@ -33,7 +33,7 @@ def words(nx: int) -> int:
     return (nx + 7) // 8 + 1
 
 
-@lean
+@lean_part
 def _sides(values: Floats, level: float, nx: int, ny: int, k: int, row: int, plane: Bytes, wanted: Bytes) -> int:
     """A byte for each wanted sample of plane k: 1 where it is above, `HOLE` where it is not finite; how many are not."""
     holes, width, rows = 0, (nx + 7) // 8, (ny + 7) // 8
@@ -68,7 +68,7 @@ def _exists(plane: Bytes, i: int, j: int, k: int, row: int, ny: int) -> bool:
     return bool(total < HOLE)
 
 
-@lean
+@lean_part
 def _new_beside_holes(plane: Bytes, i: int, j: int, k: int, row: int, nx: int, ny: int, shared: Masks) -> int:
     """Bits of the vertices that no earlier neighbour has."""
     mask = (1 << 24) - 1

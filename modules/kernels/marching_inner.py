@@ -9,7 +9,7 @@ Source: Lopes 1999, section 4.2.2.2.
 import math
 from importlib import import_module
 
-from modules.kernels._jit import lean
+from modules.kernels._jit import lean_part
 from modules.kernels.marching_cases import ACROSS, FACE_CORNERS, Cell, Floats, shoulder_faces
 from modules.kernels.marching_points import crossing, is_inside, put, shoulder
 
@@ -19,7 +19,7 @@ CLOSE = 1e-10
 MOST_STEPS = 60
 
 
-@lean
+@lean_part
 def slot_of(cell: Cell, face: int, at: Floats) -> int:
     """The slot of the arc of a face that holds a place of the face's contour; -1 if the face has none."""
     if cell.arc[face, 1, 0] < 0:
@@ -45,18 +45,18 @@ def slot_of(cell: Cell, face: int, at: Floats) -> int:
     return best
 
 
-@lean
+@lean_part
 def _belongs(cell: Cell, polygon: int, axis: int, t: float, side: int, end: tuple[float, float]) -> bool:
     """Whether the point on a side of a slice lies on an arc of the polygon."""
     p, q = ACROSS[axis, 0], ACROSS[axis, 1]
     face = 2 * (q if side % 2 == 0 else p) + (1 if side == 1 or side == 2 else 0)
-    at = cell.spot
+    at = cell.probe[2]
     at[axis], at[p], at[q] = t, end[0], end[1]
     slot = slot_of(cell, face, at)
     return slot >= 0 and cell.arc[face, slot, 2] == polygon
 
 
-@lean
+@lean_part
 def slice_shoulder(cell: Cell, polygon: int, axis: int, t: float, near: Floats, at: Floats) -> bool:
     """The shoulder point, on the slice axis = t, of the arc of a polygon: the nearest one where there are two.
 
@@ -107,7 +107,7 @@ def slice_shoulder(cell: Cell, polygon: int, axis: int, t: float, near: Floats, 
     return found
 
 
-@lean
+@lean_part
 def _on_side(g0: float, g1: float, g2: float, g3: float, side: int) -> tuple[float, float]:
     if side == 0:
         return crossing(g0, g1), 0.0
@@ -118,7 +118,7 @@ def _on_side(g0: float, g1: float, g2: float, g3: float, side: int) -> tuple[flo
     return 0.0, crossing(g0, g3)
 
 
-@lean
+@lean_part
 def bi_shoulder(cell: Cell, polygon: int, first: int, second: int, start: float, at: Floats) -> bool:
     """The point that is a shoulder point of the slices across the axes of two faces; whether one was found inside.
 
@@ -153,7 +153,7 @@ def bi_shoulder(cell: Cell, polygon: int, first: int, second: int, start: float,
     return found and is_inside(at)
 
 
-@lean
+@lean_part
 def inner_point(cell: Cell, polygon: int, size: int, at: Floats) -> None:
     """A point inside the cell for a fan over a polygon: the bi-shoulder point, or else one of some slice.
 

@@ -10,7 +10,7 @@ from importlib import import_module
 
 import numpy as np
 
-from modules.kernels._jit import lean, lean_inlined
+from modules.kernels._jit import lean_inlined, lean_part
 from modules.kernels.marching_cases import ACROSS, EDGE_ENDS, FACE_CORNERS, Cell, Floats
 
 APART = 2.0**-24
@@ -32,13 +32,13 @@ def put(to: Floats, place: Floats) -> None:
     to[0], to[1], to[2] = place[0], place[1], place[2]
 
 
-@lean
+@lean_part
 def crossing(low: float, high: float) -> float:
     """Where F is 0 between the ends of an edge, kept apart from both."""
     return min(max(low / (low - high), APART), 1.0 - APART)
 
 
-@lean
+@lean_part
 def place_crossing(f: Floats, edge: int, at: Floats) -> None:
     """The place of the crossing on an edge."""
     axis, a, b = edge // 4, EDGE_ENDS[edge, 0], EDGE_ENDS[edge, 1]
@@ -46,7 +46,7 @@ def place_crossing(f: Floats, edge: int, at: Floats) -> None:
     at[axis] = crossing(f[a], f[b])
 
 
-@lean
+@lean_part
 def shoulder(g: tuple[float, float, float, float], p: tuple[float, float], q: tuple[float, float]) -> tuple[float, float]:
     """The point of the arc from p to q where its tangent is parallel to the chord; g = F00, F10, F11, F01.
 
@@ -62,7 +62,7 @@ def shoulder(g: tuple[float, float, float, float], p: tuple[float, float], q: tu
     return p[0] + u * (q[0] - p[0]), p[1] + v * (q[1] - p[1])
 
 
-@lean
+@lean_part
 def _on_face(f: Floats, edge: int, p: int, q: int) -> tuple[float, float]:
     """Two coordinates of the crossing on an edge."""
     axis, a, b = edge // 4, EDGE_ENDS[edge, 0], EDGE_ENDS[edge, 1]
@@ -70,7 +70,7 @@ def _on_face(f: Floats, edge: int, p: int, q: int) -> tuple[float, float]:
     return t if axis == p else float((a >> (2 - p)) & 1), t if axis == q else float((a >> (2 - q)) & 1)
 
 
-@lean
+@lean_part
 def place_shoulder(f: Floats, face: int, first: int, second: int, at: Floats) -> None:
     """The place of the shoulder point of the arc between two edges of a face; their order does not matter."""
     axis = face // 2
@@ -80,7 +80,7 @@ def place_shoulder(f: Floats, face: int, first: int, second: int, at: Floats) ->
     at[p], at[q] = shoulder(g, _on_face(f, min(first, second), p, q), _on_face(f, max(first, second), p, q))
 
 
-@lean
+@lean_part
 def coefficients(f: Floats, size: float) -> tuple[float, float, float, float, float, float, float, float]:
     """a, b, c, d, e, f, g, h of F / size = a + ex + cy + bz + gxy + fxz + dyz + hxyz.
 
@@ -92,7 +92,7 @@ def coefficients(f: Floats, size: float) -> tuple[float, float, float, float, fl
     return a, b - a, c - a, d, e - a, (be - e) - (b - a), (ce - e) - (c - a), ((bce - ce) - (be - e)) - d
 
 
-@lean
+@lean_part
 def value(f: Floats, at: Floats) -> float:
     """F at a place, as a weighted mean of the corners."""
     x, y, z = at[0], at[1], at[2]
@@ -102,21 +102,21 @@ def value(f: Floats, at: Floats) -> float:
     return result
 
 
-@lean
+@lean_part
 def is_inside(at: Floats) -> bool:
     """Whether a place lies strictly inside the unit cell."""
     result: bool = 0.0 < at[0] < 1.0 and 0.0 < at[1] < 1.0 and 0.0 < at[2] < 1.0
     return result
 
 
-@lean
+@lean_part
 def keep_inside(at: Floats) -> None:
     """Move a place that is nearly on a face of the cell a little away from it."""
     for axis in range(3):
         at[axis] = min(max(at[axis], OFF_FACES), 1.0 - OFF_FACES)
 
 
-@lean
+@lean_part
 def roots(a: float, b: float, c: float) -> tuple[int, float, float]:
     """The real roots of at^2 + bt + c in ascending order, and their number; none where both coincide."""
     size = max(abs(a), abs(b), abs(c))
@@ -132,7 +132,7 @@ def roots(a: float, b: float, c: float) -> tuple[int, float, float]:
     return 2, min(first, second), max(first, second)
 
 
-@lean
+@lean_part
 def _ratio(above: float, below: float, other_above: float, other_below: float) -> float:
     """-above / below, or the equivalent -other_above / other_below if that divides by more."""
     if abs(other_below) > abs(below):
@@ -140,7 +140,7 @@ def _ratio(above: float, below: float, other_above: float, other_below: float) -
     return -above / below if below != 0.0 else math.inf
 
 
-@lean
+@lean_part
 def inflections(f: Floats, bend: Floats) -> int:
     """The inflection points inside the cell, two places an axis, nan where there is none; their number.
 
@@ -173,7 +173,7 @@ def inflections(f: Floats, bend: Floats) -> int:
     return found
 
 
-@lean
+@lean_part
 def hexagon(cell: Cell) -> bool:
     """The six inflection points in cyclic order, if all lie inside; neighbours differ in one coordinate.
 

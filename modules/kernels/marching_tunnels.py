@@ -9,7 +9,7 @@ Source: Lopes 1999, sections 4.2.2.1 and 4.2.2.3; configuration 13 has tunnels t
 import math
 from importlib import import_module
 
-from modules.kernels._jit import lean
+from modules.kernels._jit import lean_part
 from modules.kernels.marching_cases import INNER, Cell, Floats, Integers, int64
 from modules.kernels.marching_inner import slot_of
 from modules.kernels.marching_points import HEXAGON, put
@@ -19,7 +19,7 @@ SAME = 1e-6
 """Of the cell: points that agree so far in two coordinates lie on one straight line of the surface."""
 
 
-@lean
+@lean_part
 def vertex_around(cell: Cell, polygon: int, i: int) -> int:
     """The i-th vertex around a polygon: crossings and shoulder points by turns."""
     k = cell.start[polygon] + i // 2
@@ -27,7 +27,7 @@ def vertex_around(cell: Cell, polygon: int, i: int) -> int:
     return result
 
 
-@lean
+@lean_part
 def add_triangle(cell: Cell, p: int, q: int, r: int) -> None:
     """One more triangle of the patch."""
     n = cell.count[1]
@@ -35,7 +35,7 @@ def add_triangle(cell: Cell, p: int, q: int, r: int) -> None:
     cell.count[1] = n + 1
 
 
-@lean
+@lean_part
 def hexagon_lines(cell: Cell) -> None:
     """The twelve ends, on faces, of the six straight lines through the hexagon."""
     for k in range(6):
@@ -49,7 +49,7 @@ def hexagon_lines(cell: Cell) -> None:
         _end_line(cell, 2 * k + 1, high, cell.hexagon[k], axis + 3)
 
 
-@lean
+@lean_part
 def _end_line(cell: Cell, n: int, point: int, through: Floats, way: int) -> None:
     """The end of a line through a point, on a face: the low ones of the axes come first."""
     axis, side = way % 3, way // 3
@@ -59,13 +59,13 @@ def _end_line(cell: Cell, n: int, point: int, through: Floats, way: int) -> None
     cell.ray[n, 2] = slot_of(cell, 2 * axis + side, cell.ray_at[n])
 
 
-@lean
+@lean_part
 def owner(cell: Cell, n: int) -> int:
     """The polygon on which the n-th line ends; -1 if on none."""
     return cell.arc[cell.ray[n, 1], cell.ray[n, 2], 2] if cell.ray[n, 2] >= 0 else -1
 
 
-@lean
+@lean_part
 def order_around(cell: Cell, polygon: int, size: int, lines: int) -> int:
     """Vertices and ends of lines in their order around a polygon, as tokens; their number."""
     n = 0
@@ -94,7 +94,7 @@ def order_around(cell: Cell, polygon: int, size: int, lines: int) -> int:
     return n
 
 
-@lean
+@lean_part
 def assign_hexagon(cell: Cell, tokens: int) -> None:
     """To each vertex around a polygon the point of the hexagon that it sees between the lines around it."""
     for i in range(tokens):
@@ -114,7 +114,7 @@ def assign_hexagon(cell: Cell, tokens: int) -> None:
         cell.ring[cell.token[i, 1]] = here
 
 
-@lean
+@lean_part
 def zip_ring(cell: Cell, polygon: int, size: int, base: int, points: int) -> int:
     """Triangles between a polygon and a ring of inner points, from `base` on; how many points it goes round."""
     n, turns = 2 * size, 0
@@ -136,7 +136,7 @@ def zip_ring(cell: Cell, polygon: int, size: int, base: int, points: int) -> int
     return turns
 
 
-@lean
+@lean_part
 def hexagon_patch(cell: Cell, polygons: int) -> int:
     """The patch of the polygons that the six straight lines meet: a tunnel between two, or a disc; a bit for each.
 
@@ -171,7 +171,7 @@ def hexagon_patch(cell: Cell, polygons: int) -> int:
     return met
 
 
-@lean
+@lean_part
 def loop_back_patch(cell: Cell, polygon: int, size: int, axes: int) -> bool:
     """A polygon with loop-back faces: about the inflection point of their axis, or a chain of two or three."""
     base, chain = cell.count[0], cell.chain
@@ -193,7 +193,7 @@ def loop_back_patch(cell: Cell, polygon: int, size: int, axes: int) -> bool:
     return _close_chain(cell, polygon, size, chain, points)
 
 
-@lean
+@lean_part
 def _gather_chain(cell: Cell, axes: int, chain: Floats, kind: Integers) -> int:
     """The inflection points of some axes, and their axis; their number."""
     points = 0
@@ -205,7 +205,7 @@ def _gather_chain(cell: Cell, axes: int, chain: Floats, kind: Integers) -> int:
     return points
 
 
-@lean
+@lean_part
 def fan(cell: Cell, polygon: int, size: int, centre: int) -> None:
     """A triangle from each side of a polygon to an inner point."""
     for i in range(2 * size):
@@ -213,7 +213,7 @@ def fan(cell: Cell, polygon: int, size: int, centre: int) -> None:
         add_triangle(cell, vertex_around(cell, polygon, i), vertex_around(cell, polygon, j), centre)
 
 
-@lean
+@lean_part
 def _chain_lines(cell: Cell, polygon: int, chain: Floats, kind: Integers, points: int) -> int:
     """The ends, on arcs of the polygon, of the lines through the points of a chain; -1 if some point has none."""
     lines, seen = int64(0), 0
@@ -238,7 +238,7 @@ def _chain_lines(cell: Cell, polygon: int, chain: Floats, kind: Integers, points
     return result
 
 
-@lean
+@lean_part
 def _assign_chain(cell: Cell, polygon: int, tokens: int, chain: Floats) -> None:
     """To each vertex around a polygon a point of the chain; where two may do, those before a cut get the first."""
     for i in range(tokens):
@@ -263,7 +263,7 @@ def _assign_chain(cell: Cell, polygon: int, tokens: int, chain: Floats) -> None:
             cell.ring[cell.token[(i + 1 + k) % tokens, 1]] = here if k < cut else there
 
 
-@lean
+@lean_part
 def _close_chain(cell: Cell, polygon: int, size: int, chain: Floats, points: int) -> bool:
     """Triangles between a polygon and its chain, if the polygon meets each point of it once."""
     base, n, order, met = INNER + cell.count[0], 2 * size, cell.order, 0

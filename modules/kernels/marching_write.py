@@ -8,7 +8,7 @@ from importlib import import_module
 
 import numpy as np
 
-from modules.kernels._jit import lean, lean_inlined
+from modules.kernels._jit import lean, lean_inlined, lean_part
 from modules.kernels.marching_cases import EDGE_ENDS, INNER, Bytes, Floats, Integers, Masks, index, int64
 from modules.kernels.marching_centres import (
     ACROSS_IT,
@@ -84,7 +84,7 @@ def _place_edge(f: Floats, edge: int, ends: Floats, point: Floats, n: int) -> No
     point[index(n), index(axis)] = (1.0 - t) * ends[index(2 * axis)] + t * ends[index(2 * axis + 1)]
 
 
-@lean
+@lean_part
 def _settle(
     lane: Floats, tag: Integers, state: Integers, point: Floats, failed: Integers, axes: Bytes, x: Floats, y: Floats, z: Floats,
     at: Floats,
