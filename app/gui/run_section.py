@@ -111,8 +111,8 @@ class FailureCard(QFrame):
         self.trace.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.trace.setFixedHeight(150)
         self.trace.hide()
-        self.more = button("Show traceback", self._more, link=True)
-        self.copy = button("Copy report", self._copy, link=True, tip="Copy the sentence, the inputs and the traceback")
+        self.more = button("Traceback", self._more, link=True)
+        self.copy = button("Copy", self._copy, link=True, tip="Copy the sentence, the inputs and the traceback")
         self.again = button("Try again", lambda: session.fire(node), link=True)
         row = QHBoxLayout()
         for one in (self.again, self.more, self.copy):
@@ -141,7 +141,7 @@ class FailureCard(QFrame):
 
     def _more(self) -> None:
         self.trace.setVisible(not self.trace.isVisible())
-        self.more.setText("Hide traceback" if self.trace.isVisible() else "Show traceback")
+        self.more.setText("Hide it" if self.trace.isVisible() else "Traceback")
 
     def report(self) -> str:
         """All that is known of the failure, as text."""

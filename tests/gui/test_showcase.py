@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QSettings
 from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QWidget
 
 from app.gui import style
 from tests.gui import showcase
@@ -42,3 +43,13 @@ def test_a_state_of_the_window(name: str) -> None:
 def test_the_platform_is_the_one_that_was_asked_for(qapp: Any) -> None:
     """Where a display is promised, these tests ran on it and not off screen."""
     assert qapp.platformName() == os.environ.get("QT_QPA_PLATFORM", qapp.platformName())
+
+
+def test_no_settings_are_cut_off_at_the_side() -> None:
+    window = showcase.make("error", "dark")
+    try:
+        panel = window.panel
+        inside = [w for w in panel.findChildren(QWidget) if w.isVisible() and w.minimumSizeHint().width() > panel.width()]
+        assert not inside
+    finally:
+        showcase.close(window)
