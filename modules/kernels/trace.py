@@ -1,7 +1,8 @@
-"""Particle traces through a trilinear velocity field on a rectilinear grid, with what is known of their errors.
+"""Particle traces through a velocity field that is smooth cell by cell, with what is known of their errors.
 
-`march` follows a batch of particles. With `faces` each step stays within one cell's polynomial and ends on the face that
-it crosses; without, steps go over the faces, as the thesis's did, and lose their order there.
+`march` follows a batch of particles through a field of `trace_fields`. With `faces` each step stays within one cell's
+polynomial and ends on the face that it crosses; without, steps go over the faces, as the thesis's did, and lose their order
+there. In an unsteady field steps end at the times of its values, between which it is linear.
 
 Rules
 -----
@@ -24,24 +25,29 @@ import numpy as np
 import numpy.typing as npt
 
 from modules.kernels import trace_march as m
-from modules.kernels._jit import jit
+from modules.kernels._jit import jit, lean_part
 from modules.kernels.runge_kutta import PAIRS
-from modules.kernels.trace_cell import Flow, Here, load, nowhere, onwards
-from modules.kernels.trace_march import Rules, advance, begin, distance, follow, shortened, write
-from modules.kernels.trace_step import Step, Tableau, along, blank
+from modules.kernels.trace_beside import assess, chord, shortened, write
+from modules.kernels.trace_cell import HIGH, LOW, NT, TIMES, Flow, load, nowhere, onwards, place, time_of
+from modules.kernels.trace_fields import flow_of, measures
+from modules.kernels.trace_march import HIGHEST, LOWEST, Rules, advance, begin
+from modules.kernels.trace_step import APART, END, ERROR, SIZE, START, along, blank
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Control = Literal["extent", "nag", "fixed", "cell", "curvature"]
 
+__all__ = ["CONTROLS", "REASONS", "Control", "Traces", "flow_of", "march", "rules_of", "tableau_of", "warm"]
+
 CONTROLS = {"extent": m.EXTENT, "nag": m.NAG, "fixed": m.FIXED, "cell": m.CELL, "curvature": m.CURVATURE}
 REASONS = (
     "end time", "left the domain", "at rest", "hole", "largest length", "most steps", "began outside", "steps too small",
+    "no data for this time",
 )  # fmt: skip
 """In words, by the number in `Traces.reason`."""
 
 _TIME, _PLACE, _VELOCITY, _RESIDUAL, _ERROR, _LOCAL, _WIDTH = 0, 1, 4, 7, 10, 13, 16
-_END, _LEFT, _HOLE, _LENGTH, _STEPS, _STALLED = m.END, m.LEFT, m.HOLE, m.LENGTH, m.STEPS, m.STALLED
+_GO, _LEFT, _HOLE, _LONG, _SPENT, _STALLED, _NO_DATA = m.GO, m.LEFT, m.HOLE, m.LONG, m.SPENT, m.STALLED, m.NO_DATA
 _INSIDE, _FACE = m.INSIDE, m.FACE
 _TINY = 200  # steps below the smallest worth taking, one after the other, that end a trace
 
@@ -52,10 +58,10 @@ class Traces(NamedTuple):
     Attributes
     ----------
     offsets : (p + 1,) positions of particle i are offsets[i]:offsets[i + 1]; none where it began outside or in a hole
-    time : (n,)
+    time : (n,) since the particle was released
     points, velocity : (n, 3) position, and velocity of the field there
     residual : (n, 3) velocity that the dense output infers less that of the field, thesis (5.8)
-    error : (n, 3) estimate of position - exact, by two half steps; zeros if not asked for
+    error : (n, 3) estimate of primary position - exact, by two half steps; zeros if not asked for
     local : (n, 3) error estimate of the step that holds the position
     reason : (p,) index into `REASONS`
     steps, refused, evaluations : (p,) counts
@@ -92,13 +98,15 @@ def rules_of(
     faces: bool = True,
     halve: bool = False,
     assess: bool = False,
+    subsidiary: bool = False,
 ) -> Rules:
     """The rules of a march through a field, checked.
 
     Raises
     ------
     ValueError
-        Unknown or ill-matched: a method without error estimate under error control, a tolerance out of range.
+        Unknown or ill-matched: a method without error estimate under error control, a tolerance out of range, no restarts
+        where cells are no boxes.
     """
     if pair not in PAIRS:
         raise ValueError(f"there is no method {pair!r}: methods are {', '.join(PAIRS)}")
@@ -113,70 +121,58 @@ def rules_of(
         raise ValueError(f"the size of the steps must be positive, not {size:g}")
     if not end >= 0 or not interval >= 0 or not length >= 0 or steps < 1:
         raise ValueError("end time, interval and length must not be negative, and there must be a step")
-    low = np.array([axis[0] for axis in flow[1:]])
-    high = np.array([axis[-1] for axis in flow[1:]])
-    known = flow.values[np.isfinite(flow.values).all(axis=-1)]
-    speed = float(np.sqrt((known**2).sum(axis=-1).mean())) if known.size else 0.0
-    whole = float(np.linalg.norm(high - low)) / speed if speed else 1.0
+    box, speed, known, boxes = measures(flow)
+    if not boxes and not faces:
+        raise ValueError("steps over faces need cells that are boxes: keep the restarts on this grid")
+    if not boxes and control == "nag":
+        raise ValueError("the weights of NAG need a grid whose cells are boxes: let the extent control the steps")
+    whole = float(np.linalg.norm(box[3] - box[2])) / speed if speed else 1.0
     return Rules(
-        CONTROLS[control], float(tolerance), float(size), 1.0 / (method.estimate + 1), 1.0 / (1.0 - 0.5**method.order),
-        high - low, np.minimum(np.abs(low), np.abs(high)), low, high, 0.01 * whole, 1e-14 * whole, float(end), float(interval),
-        float(length), int(steps), 1e-12 * speed, bool(faces), bool(halve), bool(assess),
-        known.shape[0] < flow.values.size // 3,
+        CONTROLS[control], float(tolerance), float(size), 1.0 / (method.estimate + 1),
+        0.18 ** (method.estimate + 1), 1.0 / (1.0 - 0.5**method.order), box,
+        0.01 * whole, 1e-14 * whole, float(end), float(interval), float(length), int(steps), 1e-12 * speed, speed, bool(faces),
+        bool(halve), bool(assess), bool(subsidiary), not known,
     )  # fmt: skip
 
 
-def tableau_of(pair: str) -> Tableau:
-    """A method's weights as the compiled code takes them."""
-    method = PAIRS[pair]
-    return Tableau(*(np.ascontiguousarray(a) for a in (method.stages, method.result, method.error, method.dense)))
-
-
-def flow_of(values: Floats, x: Floats, y: Floats, z: Floats | None = None, *, backwards: bool = False) -> Flow:
-    """A field for `march`.
-
-    Parameters
-    ----------
-    values : (nz, ny, nx, 3), or (ny, nx, 3) with z None: a field of the plane, whose third component is not looked at
-    x, y, z : strictly ascending coordinates of the samples
-    backwards : whether to take the opposite field
-
-    Raises
-    ------
-    ValueError
-        Shapes do not fit, there is no cell, or a coordinate is not ascending.
+def tableau_of(pair: str) -> Floats:
+    """(s + 5, s + 1) a method's weights as the compiled code takes them: stages with their times in the last column, then
+    the weights of the error and of the four powers of the dense output.
     """
-    values = np.asarray(values, np.float64)
-    if z is None:
-        reach = max(float(np.ptp(x)), float(np.ptp(y)))
-        z = np.array([-reach, reach])
-        flat = values.copy()
-        flat[..., 2] = np.where(np.isfinite(flat[..., :2]).all(axis=-1), 0.0, np.nan)
-        values = np.stack([flat, flat])
-    axes = [np.array(axis, np.float64) for axis in (x, y, z)]
-    if values.shape != (axes[2].size, axes[1].size, axes[0].size, 3):
-        raise ValueError(f"values of shape {values.shape} do not fit {axes[2].size} x {axes[1].size} x {axes[0].size} samples")
-    for name, axis in zip("xyz", axes, strict=True):
-        if axis.size < 2 or not (np.diff(axis) > 0).all():
-            raise ValueError(f"the {name} coordinates must ascend strictly, and there must be two")
-    return Flow(np.ascontiguousarray(-values if backwards else values, np.float64).copy(), *axes)
+    method = PAIRS[pair]
+    weights = np.vstack([method.stages, method.error[None], method.dense.T])
+    times = np.concatenate([method.stages.sum(axis=1), np.zeros(5)])
+    return np.ascontiguousarray(np.column_stack([weights, times]))
 
 
-def march(flow: Flow, seeds: Floats, rules: Rules, pair: str = "Dormand-Prince 5(4)") -> Traces:
+def march(
+    flow: Flow,
+    seeds: Floats,
+    rules: Rules,
+    pair: str = "Dormand-Prince 5(4)",
+    *,
+    cells: Integers | None = None,
+    release: Floats | None = None,
+) -> Traces:
     """Follow particles through a field until each ends; the caller shares out many seeds as slabs.
 
     Parameters
     ----------
-    flow : from `flow_of`
-    seeds : (p, 3) where they begin
+    flow : from `trace_fields`
+    seeds : (p, 3) where they begin, in coordinates of the march
     rules : from `rules_of`
     pair : the method
+    cells : (p,) tetrahedra in which they begin, -1: none; needed there
+    release : (p,) times at which they begin; that of the first values if not given
 
     Accuracy: with `faces` the order of the method; the global error is estimated by two half steps, times 2^p / (2^p - 1).
     Source: Lopes 1999, 5.2.4; (5.3) to (5.7) with the control "nag".
     """
     at = np.ascontiguousarray(np.asarray(seeds, np.float64).reshape(-1, 3)).copy()
-    rows, offsets, counts, sums = _march(flow, at, tableau_of(pair), rules)
+    first = np.zeros(len(at), np.int64) if cells is None else np.ascontiguousarray(cells, np.int64).copy()
+    begins = np.full(len(at), flow.numbers[flow.whole[TIMES]]) if release is None else release
+    since = np.ascontiguousarray(begins, np.float64).copy()
+    rows, offsets, counts, sums = _march(flow, at, first, since, tableau_of(pair), rules)
     rows = rows[: offsets[-1]]
     points, velocity, residual, error, local = (
         np.ascontiguousarray(rows[:, a : a + 3]) for a in (_PLACE, _VELOCITY, _RESIDUAL, _ERROR, _LOCAL)
@@ -190,23 +186,26 @@ def march(flow: Flow, seeds: Floats, rules: Rules, pair: str = "Dormand-Prince 5
 
 
 @jit
-def _march(flow: Flow, seeds: Floats, tableau: Tableau, rules: Rules) -> tuple[Floats, Integers, Integers, Floats]:
-    here, beside, step, half = nowhere(), nowhere(), blank(tableau), blank(tableau)
+def _march(
+    flow: Flow, seeds: Floats, first: Integers, since: Floats, tableau: Floats, rules: Rules
+) -> tuple[Floats, Integers, Integers, Floats]:
+    here, beside, step, half = nowhere(), nowhere(), blank(), blank()
+    walls = here
+    if not rules.faces:
+        walls = nowhere()
+        for c in range(3):
+            walls[LOW, c], walls[HIGH, c] = rules.box[LOWEST, c], rules.box[HIGHEST, c]
     rows = np.zeros((64 + 16 * len(seeds), _WIDTH))
     offsets = np.zeros(len(seeds) + 1, np.int64)
     counts = np.zeros((len(seeds), 4), np.int64)
     sums = np.zeros((len(seeds), 2))
     n = 0
     for i in range(len(seeds)):
-        rows, n = _one(flow, here, beside, tableau, rules, step, half, seeds[i], rows, n, counts[i], sums[i])
+        rows, n = _one(
+            flow, here, beside, walls, tableau, rules, step, half, seeds[i], first[i], since[i], rows, n, counts[i], sums[i]
+        )
         offsets[i + 1] = n
     return rows, offsets, counts, sums
-
-
-@jit
-def _copy(row: Floats, to: Floats) -> None:
-    for c in range(_WIDTH):
-        to[c] = row[c]
 
 
 @jit
@@ -215,146 +214,165 @@ def _room(rows: Floats, n: int) -> Floats:
     if n + 2 < len(rows):
         return rows
     larger = np.zeros((2 * len(rows), _WIDTH))
-    for r in range(n):
-        _copy(rows[r], larger[r])
+    larger[:n] = rows[:n]
     return larger
 
 
-@jit
-def _in_time(rules: Rules, step: Step, t: float, how: int, taken: float) -> tuple[int, float]:
-    """How a step ends and its time, cut at the end time: a step to a face may go a little beyond."""
-    if t + taken <= rules.end or not step.size[0] > 0.0:
+@lean_part
+def _in_time(limit: float, step: Floats, how: int, taken: float) -> tuple[int, float]:
+    """How a step ends and its time, cut at the time left: a step to a face may go a little beyond."""
+    if taken <= limit or not step[SIZE, 0] > 0.0:
         return how, taken
-    theta = min((rules.end - t) / step.size[0], 1.0)
+    theta = min(limit / step[SIZE, 0], 1.0)
     for c in range(3):
-        step.end[c] = along(step, c, theta)
-    return _INSIDE, rules.end - t
+        step[END, c] = along(step, c, theta)
+    return _INSIDE, limit
 
 
-@jit
-def _beyond(flow: Flow, here: Here, rules: Rules, how: int, where: Integers) -> int:
-    """Go on into the cell beyond the face that a step ended on; END, or why there is none."""
-    if how != _FACE:
-        return _END
-    code = onwards(flow, here, where[0], where[1]) if rules.faces else 1
-    return _END if code == 0 else (_LEFT if code == 1 else _HOLE)
+@lean_part
+def _beyond(flow: Flow, here: Floats, cell: Integers, rules: Rules, face: int) -> int:
+    """Go on into the cell beyond the face that a step ended on; GO, or why there is none."""
+    code = onwards(flow, here, cell, face) if rules.faces else 1
+    return _GO if code == 0 else (_LEFT if code == 1 else _HOLE)
 
 
-@jit
-def _spent(rules: Rules, steps: int, tiny: int) -> int:
-    """Whether no more steps may be taken."""
+@lean_part
+def _spent(flow: Flow, here: Floats, cell: Integers, rules: Rules, steps: int, tiny: int, now: float) -> int:
+    """GO, or why no more steps may be taken; stands in the time step of `now` if they may."""
     if tiny > _TINY:
         return _STALLED
-    return _STEPS if steps >= rules.steps else _END
+    if steps >= rules.steps:
+        return _SPENT
+    return _GO if _next_slab(flow, here, cell, now) else _NO_DATA
 
 
-@jit
-def _stand_at(p: Floats, step: Step, half: Step) -> None:
-    """Begin a step, and that of the march beside it, at a position."""
-    step.size[0] = 0.0
+@lean_part
+def _stand_at(p: Floats, step: Floats) -> None:
+    """Begin a step at a position."""
+    step[SIZE, 0] = 0.0
     for c in range(3):
-        step.start[c] = step.end[c] = half.start[c] = p[c]
-        step.error[c] = 0.0
+        step[START, c] = step[END, c] = p[c]
+        step[ERROR, c] = 0.0
+
+
+@lean_part
+def _next_slab(flow: Flow, here: Floats, cell: Integers, now: float) -> bool:
+    """Go to the time step that a time belongs to; whether there is one."""
+    last = flow.whole[NT] - 1
+    if last == 0:
+        return True
+    slack = 1e-14 * abs(time_of(flow, last))
+    if now >= time_of(flow, last) - slack:
+        return False
+    while cell[3] < last - 1 and now >= time_of(flow, cell[3] + 1) - slack:
+        cell[3] += 1
+        load(flow, here, cell)
+    return True
 
 
 @jit
 def _sampled(
-    flow: Flow, here: Here, rules: Rules, begin: float, end: float, step: Step, rows: Floats, n: int, sampled: int
-) -> tuple[Floats, int, int]:
+    flow: Flow, here: Floats, cell: Integers, rules: Rules, clock: float, begin: float, end: float, step: Floats, rows: Floats,
+    n: int, sampled: int,
+) -> tuple[Floats, int, int]:  # fmt: skip
     """Write the rows of the sampling times in a step; returns them, how many there are, and the number of the next time."""
-    if rules.interval > 0.0:
-        while sampled * rules.interval <= end * (1.0 + 1e-14):
-            rows = _room(rows, n)
-            theta = min((sampled * rules.interval - begin) / step.size[0], 1.0) if step.size[0] > 0.0 else 1.0
-            write(flow, here, rules, sampled * rules.interval, theta, step, rows[n])
-            n += 1
-            sampled += 1
+    while rules.interval > 0.0 and sampled * rules.interval <= end * (1.0 + 1e-14):
+        rows = _room(rows, n)
+        theta = min((sampled * rules.interval - begin) / step[SIZE, 0], 1.0) if step[SIZE, 0] > 0.0 else 1.0
+        write(flow, here, cell, rules, clock, sampled * rules.interval, theta, step, rows[n])
+        n += 1
+        sampled += 1
     return rows, n, sampled
 
 
 @jit
 def _one(
-    flow: Flow, here: Here, beside: Here, tableau: Tableau, rules: Rules, step: Step, half: Step, seed: Floats, rows: Floats,
-    n: int, counts: Integers, sums: Floats,
+    flow: Flow, here: Floats, beside: Floats, walls: Floats, tableau: Floats, rules: Rules, step: Floats, half: Floats,
+    seed: Floats, first: int, clock: float, rows: Floats, n: int, counts: Integers, sums: Floats,
 ) -> tuple[Floats, int]:  # fmt: skip
     """Follow one particle; returns the rows, and how many there are now."""
-    where, tally, trust = np.zeros(3, np.int64), np.zeros(2, np.int64), np.zeros(2)
-    counts[0] = begin(flow, here, rules, seed)
+    cell, other, tally, trust = np.zeros(4, np.int64), np.zeros(4, np.int64), np.zeros(2, np.int64), np.zeros(2)
+    counts[0] = begin(flow, here, cell, rules, seed, first, clock)
     sums[1] = np.inf
-    if counts[0] != _END:
+    if counts[0] != _GO:
         return rows, n
-    _stand_at(seed, step, half)
-    begin(flow, beside, rules, seed)
+    _stand_at(seed, step)
+    _stand_at(seed, half)
+    step[APART, :] = 0.0
+    begin(flow, beside, other, rules, seed, first, clock)
     rows = _room(rows, n)
-    write(flow, here, rules, 0.0, 2.0, step, rows[n])
+    write(flow, here, cell, rules, clock, 0.0, 2.0, step, rows[n])
     n += 1
-    tail = np.zeros((1, _WIDTH))
     t, h, taken, tiny, sampled, how = 0.0, rules.first, 0.0, 0, 1, _FACE
-    while True:
-        if t >= rules.end * (1.0 - 1e-14):
+    while t < rules.end * (1.0 - 1e-14):
+        counts[0] = _spent(flow, here, cell, rules, counts[1], tiny, clock + t)
+        if counts[0] != _GO:
             break
-        counts[0] = _spent(rules, counts[1], tiny)
-        if counts[0] != _END:
-            break
-        how, taken, h = advance(flow, here, tableau, rules, h, rules.end - t, how == _FACE, step, where, tally)
+        limit = _time_left(flow, rules, cell, clock, t)
+        how, taken, h, face = advance(
+            flow, here, cell, walls, tableau, rules, clock + t, h, limit, how == _FACE, step, tally
+        )
         if how >= 0:
-            counts[0] = how
+            counts[0], step[SIZE, 0] = how, 0.0
+            step[END] = step[START]
             break
         counts[1] += 1
-        how, taken = _in_time(rules, step, t, how, taken)
+        how, taken = _in_time(limit, step, how, taken)
         tiny = tiny + 1 if taken < rules.smallest else 0
-        short = shortened(rules, step, taken, sums[0])
-        if short < taken or sums[0] >= rules.length:
-            counts[0], taken = _LENGTH, short
-        sums[0] += distance(step.start, step.end)
-        first = n
-        rows, n, sampled = _sampled(flow, here, rules, t, min(t + taken, rules.end), step, rows, n, sampled)
-        write(flow, here, rules, t + taken, 2.0, step, tail[0])
+        counts[0], taken = _measured(flow, here, rules, step, taken, sums)
+        begun = n
+        rows, n, sampled = _sampled(flow, here, cell, rules, clock, t, min(t + taken, rules.end), step, rows, n, sampled)
         if rules.assess:
-            _assess(flow, beside, tableau, rules, t, taken, step, half, rows, first, n, tail[0], trust, sums)
+            _next_slab(flow, beside, other, clock + t)
+            assess(flow, here, beside, other, tableau, rules, clock, t, taken, step, half, rows, begun, n, trust, sums)
         t += taken
         if rules.interval == 0.0:
             rows = _room(rows, n)
-            _copy(tail[0], rows[n])
+            _last(flow, here, cell, beside, rules, clock, t, step, half, rows[n])
             n += 1
-        if counts[0] != _END:
+        if counts[0] == _GO and how == _FACE:
+            counts[0] = _beyond(flow, here, cell, rules, face)
+        if counts[0] != _GO:
             break
-        counts[0] = _beyond(flow, here, rules, how, where)
-        if counts[0] != _END:
-            break
-        _stand_at(step.end, step, step)
+        _stand_at(step[END], step)
     if t - rows[n - 1, _TIME] > 1e-12 * t:
-        _copy(tail[0], rows[n])
+        _last(flow, here, cell, beside, rules, clock, t, step, half, rows[n])
         n += 1
     counts[2], counts[3] = tally[0], tally[1] + counts[1]
     return rows, n
 
 
-@jit
-def _assess(
-    flow: Flow, beside: Here, tableau: Tableau, rules: Rules, t: float, taken: float, step: Step, half: Step, rows: Floats,
-    first: int, last: int, tail: Floats, trust: Floats, sums: Floats,
+@lean_part
+def _time_left(flow: Flow, rules: Rules, cell: Integers, clock: float, t: float) -> float:
+    """Until the end, or the next time of the values."""
+    if flow.whole[NT] == 1:
+        return rules.end - t
+    return min(rules.end - t, time_of(flow, cell[3] + 1) - (clock + t))
+
+
+@lean_part
+def _measured(flow: Flow, here: Floats, rules: Rules, step: Floats, taken: float, sums: Floats) -> tuple[int, float]:
+    """Add a step to the length of its trace: GO or LONG, and the time that it takes, less if it is cut."""
+    why = _GO
+    if rules.length < np.inf:
+        short = shortened(flow.form, here, rules, step, taken, sums[0])
+        if short < taken or sums[0] >= rules.length:
+            why, taken = _LONG, short
+    sums[0] += chord(flow.form, here, step, 2.0)
+    return why, taken
+
+
+@lean_part
+def _last(
+    flow: Flow, here: Floats, cell: Integers, beside: Floats, rules: Rules, clock: float, t: float, step: Floats, half: Floats,
+    row: Floats,
 ) -> None:  # fmt: skip
-    """Follow the step in two halves, and enter what the two marches differ by; judge whether that is credible."""
-    where = np.zeros(3, np.int64)
-    worst = 0.0
-    if taken > 0.0:
-        worst = follow(flow, beside, tableau, rules, t, 0.5 * taken, half, where, rows, first, last)
-        again = follow(flow, beside, tableau, rules, t + 0.5 * taken, 0.5 * taken, half, where, rows, first, last)
-        worst = max(worst, again)
-    for c in range(3):
-        tail[_ERROR + c] = rules.factor * (step.end[c] - half.start[c])
-    if rules.control > 1:
-        return
-    apart = 0.0
-    for c in range(3):
-        apart = max(apart, abs(step.end[c] - half.start[c]) / rules.extent[c])
-    if worst >= 0.5 * rules.tolerance:
-        trust[0] += 2.0
-    elif worst >= 0.1 * rules.tolerance:
-        trust[0] += 1.0
-    if (trust[0] >= 2.0 or apart > 0.1) and t < sums[1]:
-        sums[1] = t
+    """Write the end of a step, of the march that is reported."""
+    write(flow, here, cell, rules, clock, t, 2.0, step, row)
+    if rules.assess and rules.subsidiary:
+        at = place(flow.form, beside, half[START, 0], half[START, 1], half[START, 2])
+        for c in range(3):
+            row[_PLACE + c] = at[c]
 
 
 def warm() -> None:
@@ -363,4 +381,3 @@ def warm() -> None:
     z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
     flow = flow_of(np.stack([-y, x, 0.1 + 0 * z], axis=-1), axis, axis, axis)
     march(flow, np.array([[0.5, 0.0, -0.5]]), rules_of(flow, end=1.0, interval=0.3, assess=True))
-    load(flow, nowhere())

@@ -15,12 +15,23 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from modules.kernels._jit import jit
+from modules.kernels._jit import jit, lean_part
 from modules.kernels.runge_kutta import PAIRS
 from modules.kernels.trace import flow_of, rules_of, tableau_of
-from modules.kernels.trace_cell import Flow, Here, find, jacobian, nowhere, onwards, velocity
-from modules.kernels.trace_march import Rules, back, stand
-from modules.kernels.trace_step import Step, Tableau, along, attempt, bend, blank, first_exit, to_face
+from modules.kernels.trace_cell import (
+    CORNER,
+    HIGH,
+    LOW,
+    NX,
+    SLOPES,
+    Flow,
+    derivative,
+    find,
+    nowhere,
+    onwards,
+)  # fmt: skip
+from modules.kernels.trace_march import Rules, stand
+from modules.kernels.trace_step import END, SIZE, START, along, attempt, blank, first_exit, taylor, to_face
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -96,11 +107,11 @@ def answers(flow: Flow, seeds: Floats, times: Sequence[Floats], second: Floats |
 
 @jit
 def _answers(
-    flow: Flow, seeds: Floats, offsets: Integers, times: Floats, tableau: Tableau, rules: Rules, second: Floats
+    flow: Flow, seeds: Floats, offsets: Integers, times: Floats, tableau: Floats, rules: Rules, second: Floats
 ) -> tuple[Integers, Integers, Floats, Floats, Floats]:
     n = times.size
-    here, step, where = nowhere(), blank(tableau), np.zeros(3, np.int64)
-    nodes = flow.x.size * flow.y.size * flow.z.size
+    here, step, cell = nowhere(), blank(), np.zeros(4, np.int64)
+    nodes = flow.whole[NX] * flow.whole[NX + 1] * flow.whole[NX + 2]
     touched = Touched(np.zeros(nodes, np.int64), np.full(nodes, -1, np.int64), np.zeros((nodes, 3, 3)), np.zeros(1, np.int64))
     maps = Maps(
         np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 8)),
@@ -110,15 +121,15 @@ def _answers(
     sample, answer = np.zeros(1024, np.int64), np.zeros((1024, 3, 3))
     moved, phi = np.zeros((1, 3)), np.zeros((3, 3))
     for i in range(len(seeds)):
-        find(flow, here, seeds[i])
+        find(flow, here, cell, seeds[i, 0], seeds[i, 1], seeds[i, 2])
         for c in range(3):
-            step.start[c] = seeds[i, c]
+            step[START, c] = seeds[i, c]
             moved[0, c] = 0.0
             for d in range(3):
                 phi[c, d] = 1.0 if c == d else 0.0
         t = 0.0
         for r in range(offsets[i], offsets[i + 1]):
-            _carry(flow, here, tableau, rules, times[r] - t, step, where, second, touched, maps, moved, phi)
+            _carry(flow, here, cell, tableau, rules, times[r] - t, step, second, touched, maps, moved, phi)
             t = times[r]
             count = touched.number[0]
             sample, answer = _room(sample, answer, start[r], count)
@@ -155,7 +166,7 @@ def _room(sample: Integers, answer: Floats, used: int, more: int) -> tuple[Integ
 
 @jit
 def _carry(
-    flow: Flow, here: Here, tableau: Tableau, rules: Rules, left: float, step: Step, where: Integers, second: Floats,
+    flow: Flow, here: Floats, cell: Integers, tableau: Floats, rules: Rules, left: float, step: Floats, second: Floats,
     touched: Touched, maps: Maps, moved: Floats, phi: Floats,
 ) -> None:  # fmt: skip
     """March by the time left, from face to face, and carry all answers along."""
@@ -163,45 +174,47 @@ def _carry(
     for _ in range(100_000):
         if not left > 1e-14 * whole:
             return
-        time = stand(flow, here, step, True, where)
-        if where[2] == 2:
-            back(flow, here, where)
-        closed = where[2] != 0
-        if closed:
-            velocity(here, step.start, step.k[0])
-        h = min(left, 1.05 * time) if time > 0.0 and not closed else left
-        attempt(flow, here, tableau, True, h, step)
-        bend(tableau, h, step)
-        taken, on = h, False
-        theta = 2.0 if closed else first_exit(step, here.low, here.high, where)
-        if theta <= 1.0:
-            taken = abs(to_face(flow, here, tableau, True, h, theta * h, 1e-4, here.low, here.high, where, step))
-            on = taken < left
-            taken = min(taken, left)
-        _grow(flow, here, taken, step, second, touched, maps, moved, phi)
+        time, face, code = stand(flow, here, cell, True, True, 0.0, step)
+        closed, on, taken = code != 0, False, left
+        if not closed and min(left, time) <= 1e-6 * whole:
+            taken, on = min(left, time), time < left
+            taylor(taken, step)
+        else:
+            h = min(left, 1.02 * time) if time > 0.0 and not closed else left
+            attempt(flow.form, here, tableau, 0.0, h, step)
+            theta, face = first_exit(flow.form, here, step)
+            taken = h
+            if theta <= 1.0 and not closed:
+                taken, _used, face = to_face(flow, here, cell, here, tableau, True, 0.0, theta, face, step)
+                taken = min(abs(taken), left)
+                on = taken < left and face >= 0
+        _grow(flow, here, cell, taken, step, second, touched, maps, moved, phi)
         for c in range(3):
-            step.start[c] = step.end[c]
+            step[START, c] = step[END, c]
         left -= taken
-        if on and onwards(flow, here, where[0], where[1]) == 2:
-            back(flow, here, where)
+        if on:
+            onwards(flow, here, cell, face)
 
 
 @jit
 def _grow(
-    flow: Flow, here: Here, h: float, step: Step, second: Floats, touched: Touched, maps: Maps, moved: Floats, phi: Floats
-) -> None:
+    flow: Flow, here: Floats, cell: Integers, h: float, step: Floats, second: Floats, touched: Touched, maps: Maps,
+    moved: Floats, phi: Floats,
+) -> None:  # fmt: skip
     """Carry all answers over a step within the cell, and add what its corners do during it."""
     at = np.zeros(3)
+    share = h / step[SIZE, 0] if step[SIZE, 0] > 0.0 else 1.0
     for part in range(2):
         for c in range(3):
-            at[c] = along(step, c, 0.25 + 0.5 * part)
-        jacobian(here, at, maps.a)
+            at[c] = along(step, c, share * (0.25 + 0.5 * part))
+        derivative(here, CORNER, at[0], at[1], at[2])
+        maps.a[:] = here[SLOPES : SLOPES + 3].T
         _exponential(maps.a, 0.5 * h, maps.b, maps.early if part == 0 else maps.late)
     _times(maps.late, maps.early, maps.whole)
     for place in range(3):
         for c in range(3):
-            at[c] = along(step, c, 0.5 * place)
-        _weights(flow, here, at, second, maps.weight[place], maps.error[place])
+            at[c] = along(step, c, 0.5 * place * share)
+        _weights(here, cell, at, second, maps.weight[place], maps.error[place])
     for e in range(touched.number[0]):
         _times(maps.whole, touched.answer[e], maps.b)
         for c in range(3):
@@ -218,15 +231,15 @@ def _grow(
             total += maps.whole[c, d] * (maps.a[0, d] + h / 6.0 * maps.error[0, d])
             total += 4.0 * h / 6.0 * maps.late[c, d] * maps.error[1, d]
         moved[0, c] = total + h / 6.0 * maps.error[2, c]
-    _pushed(flow, here, h, touched, maps)
+    _pushed(flow, cell, h, touched, maps)
 
 
-@jit
-def _pushed(flow: Flow, here: Here, h: float, touched: Touched, maps: Maps) -> None:
+@lean_part
+def _pushed(flow: Flow, cell: Integers, h: float, touched: Touched, maps: Maps) -> None:
     """Add what the corners of the cell do during a step to their answers."""
-    nx, ny = flow.x.size, flow.y.size
+    nx, ny = flow.whole[NX], flow.whole[NX + 1]
     for corner in range(8):
-        i, j, k = here.cell[0] + (corner & 1), here.cell[1] + (corner >> 1 & 1), here.cell[2] + (corner >> 2)
+        i, j, k = cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)
         node = (k * ny + j) * nx + i
         slot = touched.slot[node]
         if slot < 0:
@@ -245,25 +258,27 @@ def _pushed(flow: Flow, here: Here, h: float, touched: Touched, maps: Maps) -> N
                 )
 
 
-@jit
-def _weights(flow: Flow, here: Here, at: Floats, second: Floats, weight: Floats, error: Floats) -> None:
+@lean_part
+def _weights(here: Floats, cell: Integers, at: Floats, second: Floats, weight: Floats, error: Floats) -> None:
     """Trilinear weights at a position, and the error 1/2 sum_i u_i (1 - u_i) h_i^2 D2_i of the field there."""
-    u = np.zeros(3)
+    u = (
+        (at[0] - here[LOW, 0]) / (here[HIGH, 0] - here[LOW, 0]), (at[1] - here[LOW, 1]) / (here[HIGH, 1] - here[LOW, 1]),
+        (at[2] - here[LOW, 2]) / (here[HIGH, 2] - here[LOW, 2]),
+    )  # fmt: skip
     for c in range(3):
-        u[c] = (at[c] - here.low[c]) / (here.high[c] - here.low[c])
         error[c] = 0.0
     for corner in range(8):
         x, y, z = corner & 1, corner >> 1 & 1, corner >> 2
         weight[corner] = (u[0] if x else 1.0 - u[0]) * (u[1] if y else 1.0 - u[1]) * (u[2] if z else 1.0 - u[2])
         if second.shape[0]:
             for axis in range(3):
-                h = here.high[axis] - here.low[axis]
+                h = here[HIGH, axis] - here[LOW, axis]
                 part = 0.5 * u[axis] * (1.0 - u[axis]) * h * h * weight[corner]
                 for c in range(3):
-                    error[c] += part * second[here.cell[2] + z, here.cell[1] + y, here.cell[0] + x, axis, c]
+                    error[c] += part * second[cell[2] + z, cell[1] + y, cell[0] + x, axis, c]
 
 
-@jit
+@lean_part
 def _times(a: Floats, b: Floats, out: Floats) -> None:
     """The product of two (3, 3) matrices."""
     for c in range(3):

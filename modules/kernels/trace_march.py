@@ -1,4 +1,4 @@
-"""The march of one particle: controlled steps, samples on the way, a second march in half steps beside it, and its end."""
+"""The march of one particle, step by step: how large a step is, how it ends, and where the march does."""
 
 from __future__ import annotations
 
@@ -8,15 +8,51 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from modules.kernels._jit import jit
-from modules.kernels.trace_cell import Flow, Here, crossing_time, find, jacobian, load, onwards, velocity
-from modules.kernels.trace_step import LOOKS, Step, Tableau, along, attempt, bend, first_exit, sample, slope, to_face
+from modules.kernels._jit import lean_part
+from modules.kernels.trace_cell import (
+    BENT,
+    HIGH,
+    LOW,
+    NT,
+    NX,
+    PLANE,
+    SIZE_OF_INDEX,
+    TETRA,
+    TETRAHEDRA,
+    Flow,
+    Vector,
+    carried,
+    edge,
+    find,
+    load,
+    onwards,
+    time_of,
+    velocity_across,
+    velocity_in,
+)
+from modules.kernels.trace_step import (
+    END,
+    ERROR,
+    LOOKS,
+    SIZE,
+    SPEED,
+    START,
+    TURN,
+    along,
+    attempt,
+    attempt_across,
+    beyond_end,
+    face_place,
+    first_exit,
+    to_face,
+)
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
-END, LEFT, REST, HOLE, LENGTH, STEPS, OUTSIDE, STALLED = range(8)
-"""Why a trace ends: end time, left the domain, at rest, hole, largest length, steps; began outside; steps too small."""
+GO, LEFT, REST, HOLE, LONG, SPENT, OUTSIDE, STALLED, NO_DATA = range(9)
+"""Why a trace ends: it does not yet (or end time), left the domain, at rest, hole, largest length, most steps; began outside,
+steps too small, beyond the last of the time steps."""
 
 INSIDE, FACE = -1, -2
 """How a step ends if the trace goes on: within a cell, on a face."""
@@ -24,17 +60,14 @@ INSIDE, FACE = -1, -2
 EXTENT, NAG, FIXED, CELL, CURVATURE = range(5)
 """What a step is controlled by."""
 
-TIME, PLACE, VELOCITY, RESIDUAL, ERROR, LOCAL, WIDTH = 0, 1, 4, 7, 10, 13, 16
-"""First columns of a row."""
-
-SLACK = 1e-4
-"""Part of a step that a Taylor step of second order makes up to end on a face."""
-
 GRAZES = 6
 """How often a step that grazes a face is halved before its dense output decides."""
 
 WALL = 1e-9
 """A normal velocity below this part of the field's is none: what seems to leave there only overshoots."""
+
+SIDES, NEAREST, LOWEST, HIGHEST = 0, 1, 2, 3
+"""Rows of `Rules.box`: extent of the domain, smaller |coordinate| of its ends; ends in coordinates of the march."""
 
 
 class Rules(NamedTuple):
@@ -45,16 +78,16 @@ class Rules(NamedTuple):
     control : EXTENT, NAG, FIXED, CELL or CURVATURE
     tolerance : relative, of EXTENT and NAG
     size : time step of FIXED, part of a cell of CELL, angle of CURVATURE
-    power : 1 / (order of the error estimate + 1)
+    power, quick : 1 / (order of the error estimate + 1), and the part of the allowed error below which steps grow fivefold
     factor : error of a step over its difference from two half steps, 2^p / (2^p - 1)
-    extent, near : (3,) of the domain, and the smaller |coordinate| of its two ends
-    low, high : (3,) of the domain
+    box : (4, 3) see SIDES
     first, smallest : sizes of the first step and of the smallest that is worth taking
     end, interval, length, steps : end time, time between samples (0: each step), largest length, most steps
-    rest : speed that is none
+    rest, mean : speed that is none, and the field's mean speed, in coordinates of the march
     faces : whether steps end on faces
     halve : whether a crossing of a cell takes at least two steps
     assess : whether to march in half steps beside
+    subsidiary : whether the march in half steps is what is reported
     holes : whether there are samples that are no numbers
     """
 
@@ -62,11 +95,9 @@ class Rules(NamedTuple):
     tolerance: float
     size: float
     power: float
+    quick: float
     factor: float
-    extent: Floats
-    near: Floats
-    low: Floats
-    high: Floats
+    box: Floats
     first: float
     smallest: float
     end: float
@@ -74,324 +105,284 @@ class Rules(NamedTuple):
     length: float
     steps: int
     rest: float
+    mean: float
     faces: bool
     halve: bool
     assess: bool
+    subsidiary: bool
     holes: bool
 
 
-@jit
-def ratio(rules: Rules, step: Step, error: Floats) -> float:
-    """The largest component of an error over its weight, thesis (5.3) and (5.4) with NAG; `rules.extent` otherwise."""
+@lean_part
+def ratio(form: int, here: Floats, rules: Rules, step: Floats) -> float:
+    """The largest component of the local error over its weight, thesis (5.3) and (5.4) with NAG; `SIDES` otherwise."""
+    e = (step[ERROR, 0], step[ERROR, 1], step[ERROR, 2])
+    if form == BENT:
+        e = carried(form, here, step[END, 0], step[END, 1], step[END, 2], e)
     worst = 0.0
     for m in range(3):
-        weight = rules.extent[m]
+        weight = rules.box[SIDES, m]
         if rules.control == NAG:
-            threshold = max(rules.tolerance * rules.near[m], 1.5e-154)
-            weight = max(0.5 * (abs(step.start[m]) + abs(step.end[m])), threshold)
-        part = abs(error[m]) / weight
+            threshold = max(rules.tolerance * rules.box[NEAREST, m], 1.5e-154)
+            weight = max(0.5 * (abs(step[START, m]) + abs(step[END, m])), threshold)
+        part = abs(e[m]) / weight
         if not part <= worst:
             worst = part
-    return float(worst)
+    return worst
 
 
-@jit
-def stand(flow: Flow, here: Here, step: Step, faces: bool, where: Integers) -> float:
-    """Velocity at the start of a step, in the cell that it goes into; returns the time to the face, -1 where there is none.
+@lean_part
+def sample(flow: Flow, here: Floats, cell: Integers, faces: bool, x: float, y: float, z: float, t: float) -> Vector:
+    """The velocity at a position: of the present cell with `faces`, else of the cell that holds the position."""
+    if faces:
+        return velocity_in(flow.form, here, x, y, z, t)
+    return velocity_across(flow, here, cell, x, y, z, t)
 
-    `where` holds that face's axis and side, and then 0, or why there is no cell: 1 the border, 2 a hole.
+
+@lean_part
+def turning(form: int, here: Floats, t: float, step: Floats) -> None:
+    """The velocity at the start of a step and its change along it, by the difference over 1e-5 of a cell."""
+    x, y, z = step[START, 0], step[START, 1], step[START, 2]
+    a, b, c = velocity_in(form, here, x, y, z, t)
+    speed = max(abs(a), abs(b), abs(c))
+    h = 1e-5 * edge(form, here) / speed if speed > 0.0 else 1.0
+    p, q, r = velocity_in(form, here, x + h * a, y + h * b, z + h * c, t + h)
+    step[0, 0], step[0, 1], step[0, 2] = step[SPEED, 0], step[SPEED, 1], step[SPEED, 2] = a, b, c
+    step[TURN, 0], step[TURN, 1], step[TURN, 2] = (p - a) / h, (q - b) / h, (r - c) / h
+
+
+@lean_part
+def crossing(form: int, here: Floats, step: Floats) -> tuple[float, int]:
+    """When the parabola of velocity and acceleration first leaves the cell, and through which face; inf if never."""
+    first, through = np.inf, -1
+    for face in range(4 if form == TETRA else 6):
+        if form == TETRA:
+            n = PLANE + face
+            g = here[n, 0] * step[START, 0] + here[n, 1] * step[START, 1] + here[n, 2] * step[START, 2]
+            g += face_place(form, here, face)
+            r = here[n, 0] * step[SPEED, 0] + here[n, 1] * step[SPEED, 1] + here[n, 2] * step[SPEED, 2]
+            s = 0.5 * (here[n, 0] * step[TURN, 0] + here[n, 1] * step[TURN, 1] + here[n, 2] * step[TURN, 2])
+        elif face & 1:
+            m = face >> 1
+            g, r, s = here[HIGH, m] - step[START, m], -step[SPEED, m], -0.5 * step[TURN, m]
+        else:
+            m = face >> 1
+            g, r, s = step[START, m] - here[LOW, m], step[SPEED, m], 0.5 * step[TURN, m]
+        if r >= 0.0 and s >= 0.0:
+            continue
+        g = max(g, 0.0)
+        t = np.inf
+        root = r * r - 4.0 * s * g
+        if root >= 0.0:
+            root = math.sqrt(root)
+            t = 2.0 * g / (root - r) if r < 0.0 else (r + root) / (-2.0 * s)  # the nearer root, without cancellation
+        if t < first:
+            first, through = t, face
+    return first, through
+
+
+@lean_part
+def stand(
+    flow: Flow, here: Floats, cell: Integers, faces: bool, turn: bool, t: float, step: Floats
+) -> tuple[float, int, int]:
+    """Velocity at the start of a step, in the cell that it goes into; time to the face and which, and 0.
+
+    Without `faces` there is no face, and the acceleration is known only if `turn` asks for it.
+    Where the face leads nowhere the last number says why: 1 the border, 2 a hole; the particle then stands before it.
     """
-    sample(flow, here, step.start, faces, step.k[0])
-    where[2] = 0
     if not faces:
-        return np.inf
-    for _ in range(4):
-        turning(here, step)
-        time = crossing_time(here, step.start, step.k[0], step.turn, where)
+        x, y, z = step[START, 0], step[START, 1], step[START, 2]
+        if turn:
+            find(flow, here, cell, x, y, z)
+            turning(flow.form, here, t, step)
+        else:
+            step[0, 0], step[0, 1], step[0, 2] = velocity_across(flow, here, cell, x, y, z, t)
+        return np.inf, -1, 0
+    for _ in range(6):
+        turning(flow.form, here, t, step)
+        time, face = crossing(flow.form, here, step)
         if time > 0.0:
-            return time
-        where[2] = onwards(flow, here, where[0], where[1])
-        if where[2]:
-            return -1.0
-        velocity(here, step.start, step.k[0])
-    return 0.0
+            return time, face, 0
+        code = onwards(flow, here, cell, face)
+        if code:
+            return -1.0, face, code
+    return 0.0, -1, 0
 
 
-@jit
-def turning(here: Here, step: Step) -> None:
-    """The acceleration J V at the start of a step, into `step.turn`."""
-    jacobian(here, step.start, step.scratch)
-    for m in range(3):
-        step.turn[m] = 0.0
-        for i in range(3):
-            step.turn[m] += step.scratch[m, i] * step.k[0, i]
-
-
-@jit
-def smallest_edge(here: Here) -> float:
-    """Of the cell."""
-    return float(min(here.high[0] - here.low[0], here.high[1] - here.low[1], here.high[2] - here.low[2]))
-
-
-@jit
-def distance(p: Floats, q: Floats) -> float:
-    """Between two positions."""
-    return math.sqrt((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2)
-
-
-@jit
-def wanted(rules: Rules, here: Here, step: Step, speed: float, h: float) -> float:
+@lean_part
+def wanted(rules: Rules, form: int, here: Floats, step: Floats, speed: float, h: float) -> float:
     """The size of a step that no error controls."""
     if rules.control == FIXED:
         return rules.size
     if rules.control == CELL:
-        return rules.size * smallest_edge(here) / speed
+        return rules.size * edge(form, here) / speed
     if rules.control == CURVATURE:
-        turning(here, step)
-        v, a = step.k[0], step.turn
+        v, a = step[SPEED], step[TURN]
         x, y, z = v[1] * a[2] - v[2] * a[1], v[2] * a[0] - v[0] * a[2], v[0] * a[1] - v[1] * a[0]
         bent = math.sqrt(x * x + y * y + z * z) / speed**2
-        cell = smallest_edge(here) / speed
+        cell = edge(form, here) / speed
         return min(rules.size / bent, cell) if bent > 0.0 else cell
     return h
 
 
-@jit
+@lean_part
 def proposed(
-    rules: Rules, here: Here, step: Step, speed: float, h: float, time: float, limit: float, fresh: bool
+    rules: Rules, form: int, here: Floats, step: Floats, speed: float, h: float, time: float, limit: float, fresh: bool
 ) -> tuple[float, float, bool]:
     """The size to try, the one that control would take, and whether it aims at the face that `time` tells."""
-    keep = h = wanted(rules, here, step, speed, h)
+    keep = h = wanted(rules, form, here, step, speed, h)
     half = rules.halve and fresh
     if half:
         time *= 0.5
     aimed = rules.faces and time <= h and not half
     h = min(h, time, limit)
     if rules.holes and not rules.faces:
-        h = min(h, 4.0 * smallest_edge(here) / speed)
+        h = min(h, 4.0 * edge(form, here) / speed)
     if h < limit and not aimed:
         h = min(h, max(limit - h, 0.5 * limit))  # the last two steps share what is left
     return h, keep, aimed
 
 
-@jit
-def into_hole(flow: Flow, here: Here, step: Step) -> bool:
+@lean_part
+def into_hole(flow: Flow, here: Floats, cell: Integers, t: float, step: Floats) -> bool:
     """Whether the dense output of a step goes through a hole."""
     for look in range(1, LOOKS + 1):
-        for m in range(3):
-            step.scratch[1, m] = along(step, m, look / LOOKS)
-        sample(flow, here, step.scratch[1], False, step.scratch[0])
-        if not step.scratch[0, 0] - step.scratch[0, 0] == 0.0:
+        theta = look / LOOKS
+        v = sample(flow, here, cell, False, along(step, 0, theta), along(step, 1, theta), along(step, 2, theta), t)
+        if not v[0] - v[0] == 0.0:
             return True
     return False
 
 
-@jit
-def measured(flow: Flow, here: Here, rules: Rules, tableau: Tableau, h: float, step: Step) -> float:
+@lean_part
+def measured(flow: Flow, here: Floats, cell: Integers, rules: Rules, t: float, step: Floats) -> float:
     """The local error over what is allowed, 0 where no error controls the step; NaN through a hole."""
-    over = ratio(rules, step, step.error) / rules.tolerance if rules.control <= NAG else 0.0
-    if rules.holes and not rules.faces and over < 1.0:
-        bend(tableau, h, step)
-        if into_hole(flow, here, step):
+    over = ratio(flow.form, here, rules, step) / rules.tolerance if rules.control <= NAG else 0.0
+    for m in range(3):
+        if not step[END, m] - step[END, m] == 0.0:
             return np.nan
+    if rules.holes and not rules.faces and over < 1.0 and into_hole(flow, here, cell, t, step):
+        return np.nan
     return over
 
 
-@jit
+@lean_part
 def advance(
-    flow: Flow, here: Here, tableau: Tableau, rules: Rules, h: float, limit: float, fresh: bool, step: Step, where: Integers,
-    tally: Integers,
-) -> tuple[int, float, float]:  # fmt: skip
-    """One accepted step from `step.start`: how it ends (or why none is taken), its time, and the size for the next.
+    flow: Flow, here: Floats, cell: Integers, walls: Floats, tableau: Floats, rules: Rules, t: float, h: float, limit: float,
+    fresh: bool, step: Floats, tally: Integers,
+) -> tuple[int, float, float, int]:  # fmt: skip
+    """One accepted step from `step[START]` at time t: how it ends (or why none is taken), its time, the size for the next,
+    and the face.
 
     Counted in `tally`: steps refused, and evaluations of the velocity.
     """
-    time = stand(flow, here, step, rules.faces, where)
-    speed = math.sqrt(step.k[0, 0] ** 2 + step.k[0, 1] ** 2 + step.k[0, 2] ** 2)
-    if where[2]:
-        return (LEFT if where[2] == 1 else HOLE), 0.0, h
+    time, aim, code = stand(flow, here, cell, rules.faces, rules.control > FIXED or rules.holes, t, step)
+    speed = math.sqrt(step[0, 0] ** 2 + step[0, 1] ** 2 + step[0, 2] ** 2)
+    if code:
+        return (LEFT if code == 1 else HOLE), 0.0, h, aim
     if not speed > rules.rest:
-        return (REST if speed == speed else HOLE), 0.0, h
-    h, keep, aimed = proposed(rules, here, step, speed, h, time, limit, fresh)
-    axis, side, before = where[0], where[1], tally[0]
+        if not speed == speed or flow.whole[NT] == 1:
+            return (REST if speed == speed else HOLE), 0.0, h, aim
+        speed = max(rules.rest, 1e-300)  # in an unsteady flow it may move the next moment
+    h, keep, aimed = proposed(rules, flow.form, here, step, speed, h, time, limit, fresh)
+    before = tally[0]
     for _ in range(200):
-        attempt(flow, here, tableau, rules.faces, h, step)
-        tally[1] += tableau.result.size - 1
-        over = measured(flow, here, rules, tableau, h, step)
+        if rules.faces:
+            attempt(flow.form, here, tableau, t, h, step)
+        else:
+            attempt_across(flow, here, cell, tableau, t, h, step)
+        tally[1] += tableau.shape[1] - 2
+        over = measured(flow, here, cell, rules, t, step)
         if not over < 1.0:
             tally[0] += 1
             h *= max(0.2, 0.9 * over**-rules.power) if over < 1e30 else 0.5
             aimed = False
             if h < (rules.smallest if over == over else 1e6 * rules.smallest):
-                return (STALLED if over == over else HOLE), 0.0, h
+                return (STALLED if over == over else HOLE), 0.0, h, aim
             continue
         if rules.control <= NAG:
-            keep = max(keep if keep > h else 0.0, h * min(5.0, 0.9 * max(over, 1e-12) ** -rules.power))
-        graze = tally[0] - before < GRAZES
-        how, taken = ended(flow, here, tableau, rules, h, aimed, axis, side, step, where, tally)
-        if how == REST or (taken < 0.0 and graze):  # a wall, or a face, that only seems to be crossed: a smaller step tells
+            grown = 5.0 if over < rules.quick else 0.9 * over**-rules.power
+            keep = max(keep if keep > h else 0.0, h * grown)
+        how, taken, face = ended(flow, here, cell, walls, tableau, rules, t, aimed, aim, step, tally)
+        if how == REST or (taken < 0.0 and tally[0] - before < GRAZES):  # a wall, or a face, that only seems to be crossed
             tally[0] += 1
             h, aimed = 0.5 * h, False
             if h < rules.smallest:
-                return REST, 0.0, h
+                return REST, 0.0, h, face
             continue
-        return how, abs(taken), keep
-    return STALLED, 0.0, h
+        return how, abs(taken), keep, face
+    return STALLED, 0.0, h, aim
 
 
-@jit
+@lean_part
 def ended(
-    flow: Flow, here: Here, tableau: Tableau, rules: Rules, h: float, aimed: bool, axis: int, side: int, step: Step,
-    where: Integers, tally: Integers,
-) -> tuple[int, float]:  # fmt: skip
-    """How a step of size h ends: INSIDE, on a FACE, or REST where it would cross a wall; and the time that it takes."""
-    low, high = (here.low, here.high) if rules.faces else (rules.low, rules.high)
-    bend(tableau, h, step)
-    theta = first_exit(step, low, high, where)
-    taken, guess = h, h
+    flow: Flow, here: Floats, cell: Integers, walls: Floats, tableau: Floats, rules: Rules, t: float, aimed: bool, aim: int,
+    step: Floats, tally: Integers,
+) -> tuple[int, float, int]:  # fmt: skip
+    """How a step ends: INSIDE, on a FACE, or REST where it would cross a wall; the time that it takes, negative where it
+    grazes the face; and the face.
+    """
+    form = flow.form
+    theta, face = first_exit(form, walls, step)
     if theta > 1.0:
         if not aimed:
-            return INSIDE, h
-        where[0], where[1] = axis, side
-        away = high[axis] - step.end[axis] if side else step.end[axis] - low[axis]
-        out = step.k[tableau.result.size - 1, axis] * (1.0 if side else -1.0)
-        if not (out > 0.0 and away <= 0.2 * h * out):
-            return INSIDE, h
-        guess = h + away / out
-    else:
-        guess = theta * h
-    for _ in range(3):
-        taken = to_face(flow, here, tableau, rules.faces, h, guess, SLACK, low, high, where, step)
-        tally[1] += 2 * (tableau.result.size - 1)
-        axis, side = where[0], where[1]
-        theta = first_exit(step, low, high, where)
-        if theta > 1.0 - 1e-6 or (where[0] == axis and where[1] == side):
-            where[0], where[1] = axis, side
-            break
-        h, guess = step.size[0], theta * step.size[0]
-    for m in range(3):
-        step.end[m] = min(max(step.end[m], low[m]), high[m])
-    sample(flow, here, step.end, rules.faces, step.scratch[0])
-    out = step.scratch[0, where[0]] * (1.0 if where[1] else -1.0)
-    if border(flow, here, rules, where) and not out > WALL * rules.rest * 1e12:
-        return REST, 0.0
-    return FACE, taken
-
-
-@jit
-def border(flow: Flow, here: Here, rules: Rules, where: Integers) -> bool:
-    """Whether the face `where` lies on the border of the domain."""
-    m = where[0]
-    return bool(here.high[m] >= rules.high[m]) if where[1] else bool(here.low[m] <= rules.low[m])
-
-
-@jit
-def compare(
-    rules: Rules, begin: float, end: float, final: bool, step: Step, rows: Floats, first: int, last: int
-) -> None:
-    """In the rows of a time span, the error of their position against the dense output of this step."""
-    for r in range(first, last):
-        time = rows[r, TIME]
-        if begin < time and (time <= end or final):
-            theta = min((time - begin) / step.size[0], 1.0) if step.size[0] > 0.0 else 1.0
+            return INSIDE, step[SIZE, 0], -1
+        theta, face = beyond_end(form, walls, aim, step, 0.2), aim
+        if theta > 1.5:
+            return INSIDE, step[SIZE, 0], -1
+    taken, used, face = to_face(flow, here, cell, walls, tableau, rules.faces, t, theta, face, step)
+    tally[1] += used
+    if used:
+        other, sooner = first_exit(form, walls, step)
+        if other < 1.0 - 1e-6 and sooner != face:  # taken anew it leaves through another face before
+            taken, used, face = to_face(flow, here, cell, walls, tableau, rules.faces, t, other, sooner, step)
+            tally[1] += used
+    if face < 0:
+        return INSIDE, abs(taken), -1
+    if border(flow, cell, rules, face):
+        if form != TETRA:
             for m in range(3):
-                rows[r, ERROR + m] = rules.factor * (rows[r, PLACE + m] - along(step, m, theta))
+                step[END, m] = min(max(step[END, m], walls[LOW, m]), walls[HIGH, m])
+        if not outwards(flow, here, cell, rules, t + abs(taken), face, step) > WALL * rules.mean:
+            return REST, 0.0, face
+    return FACE, taken, face
 
 
-@jit
-def back(flow: Flow, here: Here, where: Integers) -> None:
-    """Back from the hole beyond a face."""
-    here.cell[where[0]] += -1 if where[1] else 1
-    load(flow, here)
+@lean_part
+def border(flow: Flow, cell: Integers, rules: Rules, face: int) -> bool:
+    """Whether a face lies on the border of the domain."""
+    if not rules.faces:
+        return True
+    if flow.form == TETRA:
+        return bool(flow.whole[SIZE_OF_INDEX + 4 * (flow.whole[TETRAHEDRA] + cell[0]) + face] < 0)
+    axis = face >> 1
+    return bool(cell[axis] == (flow.whole[NX + axis] - 2 if face & 1 else 0))
 
 
-@jit
-def follow(
-    flow: Flow, here: Here, tableau: Tableau, rules: Rules, start: float, h: float, step: Step, where: Integers, rows: Floats,
-    first: int, last: int,
-) -> float:  # fmt: skip
-    """March by h from `step.start` in one step, or in several that end on faces; leaves the end in `step.start`.
-
-    In the rows from `first` to `last` that fall in this time the position becomes the error against this march. Beyond
-    the border of the domain, or of a hole, it goes on in its last cell. Returns the largest local error over its weight.
-    """
-    left, t, worst = h, start, 0.0
-    closed = False
-    for _ in range(64):
-        time = np.inf
-        if not closed:
-            time = stand(flow, here, step, rules.faces, where)
-            closed = where[2] != 0
-            if where[2] == 2:
-                back(flow, here, where)
-        if closed:
-            velocity(here, step.start, step.k[0])
-        attempt(flow, here, tableau, rules.faces or closed, left, step)
-        bend(tableau, left, step)
-        taken, on = left, False
-        if rules.faces and not closed and time < 4.0 * left:
-            theta = first_exit(step, here.low, here.high, where)
-            if theta <= 1.0:
-                taken = to_face(flow, here, tableau, True, left, theta * left, SLACK, here.low, here.high, where, step)
-                taken = abs(taken)
-                on = taken < left
-                taken = min(taken, left)
-        worst = max(worst, ratio(rules, step, step.error))
-        compare(rules, t, t + taken, taken >= left, step, rows, first, last)
-        for m in range(3):
-            step.start[m] = step.end[m]
-        t += taken
-        left -= taken
-        if not left > 1e-14 * h:
-            break
-        if on:
-            code = onwards(flow, here, where[0], where[1])
-            if code == 2:
-                back(flow, here, where)
-            closed = code != 0
-    return worst
+@lean_part
+def outwards(flow: Flow, here: Floats, cell: Integers, rules: Rules, t: float, face: int, step: Floats) -> float:
+    """The speed at which a step goes out through a face, at its end."""
+    v = sample(flow, here, cell, rules.faces, step[END, 0], step[END, 1], step[END, 2], t)
+    if flow.form != TETRA:
+        return v[face >> 1] if face & 1 else -v[face >> 1]
+    n = PLANE + face
+    across = here[n, 0] * v[0] + here[n, 1] * v[1] + here[n, 2] * v[2]
+    return float(-across / math.sqrt(here[n, 0] ** 2 + here[n, 1] ** 2 + here[n, 2] ** 2))
 
 
-@jit
-def write(flow: Flow, here: Here, rules: Rules, time: float, theta: float, step: Step, row: Floats) -> None:
-    """Fill a row of the present step: position and residual of its dense output, velocity of the field, local error."""
-    row[TIME] = time
-    at = step.scratch[1]
+@lean_part
+def begin(flow: Flow, here: Floats, cell: Integers, rules: Rules, seed: Floats, first: int, clock: float) -> int:
+    """Stand at a seed: GO if there is a velocity, OUTSIDE, HOLE or NO_DATA if not."""
+    slab, last = 0, flow.whole[NT] - 1
+    while slab < last - 1 and clock >= time_of(flow, slab + 1):
+        slab += 1
+    cell[3] = slab
+    if last > 0 and not time_of(flow, 0) <= clock <= time_of(flow, last):
+        return NO_DATA
+    if flow.form == TETRA:
+        cell[0] = first
+        return OUTSIDE if first < 0 else (GO if load(flow, here, cell) else HOLE)
     for m in range(3):
-        at[m] = along(step, m, theta) if theta <= 1.0 else step.end[m]
-        at[m] = min(max(at[m], rules.low[m]), rules.high[m])
-    sample(flow, here, at, rules.faces, step.scratch[0])
-    for m in range(3):
-        row[PLACE + m] = at[m]
-        row[VELOCITY + m] = step.scratch[0, m]
-        inferred = slope(step, m, min(theta, 1.0)) / step.size[0] if step.size[0] > 0.0 else step.scratch[0, m]
-        row[RESIDUAL + m] = inferred - step.scratch[0, m]
-        row[LOCAL + m] = step.error[m]
-        row[ERROR + m] = 0.0
-
-
-@jit
-def shortened(rules: Rules, step: Step, taken: float, length: float) -> float:
-    """The time after which the chords of a trace have the largest length; `taken` if they are shorter."""
-    chord = distance(step.start, step.end)
-    if length + chord < rules.length:
-        return taken
-    theta, size = 0.0, 1.0
-    for _ in range(50):
-        size *= 0.5
-        for m in range(3):
-            step.end[m] = along(step, m, theta + size)
-        if length + distance(step.start, step.end) <= rules.length:
-            theta += size
-    for m in range(3):
-        step.end[m] = along(step, m, theta)
-    return float(theta * step.size[0])
-
-
-@jit
-def begin(flow: Flow, here: Here, rules: Rules, seed: Floats) -> int:
-    """Stand at a seed: END if there is a velocity, OUTSIDE or HOLE if not."""
-    for m in range(3):
-        if not rules.low[m] <= seed[m] <= rules.high[m]:
+        if not rules.box[LOWEST, m] <= seed[m] <= rules.box[HIGHEST, m]:
             return OUTSIDE
-    return END if find(flow, here, seed) else HOLE
+    return GO if find(flow, here, cell, seed[0], seed[1], seed[2]) else HOLE

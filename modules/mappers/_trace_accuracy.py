@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +27,34 @@ RESIDUAL = Source(
 )  # fmt: skip
 
 
-def integration(kind: str, error: Floats, unit: str) -> Accuracy:
+@dataclass(frozen=True)
+class Told:
+    """What a trace says of its error.
+
+    Parameters
+    ----------
+    estimate : half steps, re-integration or none
+    report : primary or subsidiary
+    safety : declared factor on the estimate
+    why_not : why errors of samples and model are not carried, if they are not
+    """
+
+    estimate: str
+    report: str = "primary"
+    safety: float = 1.0
+    why_not: str = ""
+
+
+def integration(how: Told, error: Floats, unit: str) -> Accuracy:
     """The estimate of the global error along the traces as a term; what is missing if none was asked for."""
-    if kind == "none":
+    if how.estimate == "none":
         return Accuracy(missing=(Missing("Integration", "no estimate was asked for"),))
-    source = HALF_STEPS if kind == "half steps" else AGAIN
-    return Accuracy((_vector(source, error, "position", unit),))
+    source = HALF_STEPS if how.estimate == "half steps" else AGAIN
+    if how.report == "subsidiary":
+        source = replace(source, name="Integration, of the primary trace", rule=f"the subsidiary trace is drawn; {source.rule}")
+    if how.safety != 1.0:
+        source = replace(source, rule=f"{how.safety:g} times as safety: {source.rule}")
+    return Accuracy((_vector(source, how.safety * error, "position", unit),))
 
 
 def residual(error: Floats, unit: str) -> Term:
@@ -46,7 +68,7 @@ def _vector(source: Source, error: Floats, quantity: str, unit: str) -> Term:
 
 
 def inherited(
-    model: Model, seeds: Geometry, seed: Ints, found: list[Answers] | None, rows: Ints, unit: str, asked: bool
+    model: Model, seeds: Geometry, seed: Ints, found: list[Answers] | None, rows: Ints, unit: str, how: Told
 ) -> Accuracy:
     """Errors of the samples, of the law and of the seeds, brought along the traces.
 
@@ -57,14 +79,10 @@ def inherited(
     found : the answers of all runs; None if there are none
     rows : (n,) row of each point in these
     unit : of lengths
-    asked : whether they were asked for
+    how : why not, if not
     """
     if found is None:
-        why = (
-            f"more than {MOST_ANSWERS} answers of positions to samples: fewer particles or samples can carry them"
-            if asked
-            else "not brought along the traces: 'carry' is off"
-        )
+        why = how.why_not or f"more than {MOST_ANSWERS} answers of positions to samples: fewer particles or samples carry them"
         return Accuracy(missing=(Missing("Errors of data and model", why),)).end_from(model.accuracy, why).end_from(
             seeds.accuracy, why
         )
@@ -89,9 +107,9 @@ def inherited(
     return carried.end_from(model.accuracy, why).end_from(seeds.accuracy, why)
 
 
-def trusted(runs: list[Run], time: Floats, seed: Ints, kind: str) -> list[Flag]:
+def trusted(runs: list[Run], time: Floats, seed: Ints, how: Told) -> list[Flag]:
     """Points from where on RKSUITE's test finds the assessment not credible."""
-    if kind != "half steps":
+    if how.estimate != "half steps":
         return []
     late = np.zeros(len(time), bool)
     for run in runs:

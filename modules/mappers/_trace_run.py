@@ -11,15 +11,18 @@ from numpy.typing import NDArray
 from scipy.sparse import bsr_array, csr_array, vstack
 
 from modules import kernels
-from modules.api import Model, Progress, Rectilinear, Regular
+from modules.api import Model, Progress
 from modules.data.laws import second_derivative
+from modules.mappers._trace_field import Medium, in_space
 
 if TYPE_CHECKING:
     from modules.kernels.trace import Traces
-    from modules.kernels.trace_cell import Flow
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+SLABS = 64
+"""About so many slabs, of at least `SLAB` particles."""
 
 SLAB = 64
 """Particles a slab: some milliseconds between two looks at whether the work is still wanted."""
@@ -37,12 +40,12 @@ class Run:
     Parameters
     ----------
     sign : 1 forward, -1 backward
-    flow : the field in the direction of the march
+    medium : the field in the direction of the march, and the seeds
     traces : of all seeds
     """
 
     sign: int
-    flow: Flow
+    medium: Medium
     traces: Traces
 
 
@@ -55,30 +58,21 @@ class Answers:
     growth: Floats
 
 
-def flow(model: Model, sign: int) -> Flow:
-    """The field of a model for the kernel.
+def follow(
+    medium: Medium, sign: int, pair: str, rules: Mapping[str, Any], progress: Progress, release: float | None = None
+) -> Run:
+    """Follow all particles in one direction, from a time of release in an unsteady flow."""
+    checked = kernels.trace.rules_of(medium.flow, pair=pair, **rules)
+    size = max(SLAB, -(-len(medium.seeds) // SLABS))
 
-    Raises
-    ------
-    ValueError : not a vector field, not a map or volume of a regular or rectilinear grid, or another law than linear
-    """
-    grid = model.grid
-    if model.samples.components != 3:
-        raise ValueError("particles follow a velocity: wire a model of vectors, two or three components a sample")
-    if not isinstance(grid, Regular | Rectilinear) or grid.dimensions < 2:
-        raise ValueError(f"particles are followed on regular and rectilinear grids of 2 or 3 axes, not on a {grid.kind} one")
-    if model.law.name != "linear":
-        raise ValueError(f"particles are followed through a linear model, not through a {model.law.name} one")
-    values = np.asarray(model.samples.values, float)
-    return kernels.trace.flow_of(values, *grid.axes, backwards=sign < 0)
+    def march(first: int) -> Any:
+        some = slice(first, first + size)
+        seeds, cells = medium.seeds[some], None if medium.cells is None else medium.cells[some]
+        since = None if release is None else np.full(len(seeds), sign * release)
+        return kernels.trace.march(medium.flow, seeds, checked, pair, cells=cells, release=since)
 
-
-def follow(field: Flow, sign: int, at: Floats, pair: str, rules: Mapping[str, Any], progress: Progress) -> Run:
-    """Follow all particles in one direction."""
-    checked = kernels.trace.rules_of(field, pair=pair, **rules)
-    slabs = [at[i : i + SLAB] for i in range(0, len(at), SLAB)]
-    parts = progress.map(lambda slab: kernels.trace.march(field, slab, checked, pair), slabs)
-    return Run(sign, field, joined(parts))
+    traces = joined(progress.map(march, range(0, max(len(medium.seeds), 1), size)))
+    return Run(sign, medium, traces if medium.lattice is None else in_space(medium.lattice, traces))
 
 
 def joined(parts: list[Traces]) -> Traces:
@@ -91,27 +85,39 @@ def joined(parts: list[Traces]) -> Traces:
 
 
 def against(main: Traces, other: Traces) -> Floats:
-    """(n, 3) how far the positions of a trace lie from those of another march at the same times.
-
-    A time that the other march has not, since it ended before or took another exit, is reached from its nearest row by
-    its velocity there.
-    """
+    """(n, 3) how far the positions of a trace lie from those of another march at the same times, thesis (5.9) to (5.12)."""
     away = np.zeros_like(main.points)
     for i in range(len(main.offsets) - 1):
         a, b = slice(*main.offsets[i : i + 2]), slice(*other.offsets[i : i + 2])
-        t, s = main.time[a], other.time[b]
-        if not len(t):
-            continue
-        right = np.clip(np.searchsorted(s, t), 0, len(s) - 1)
-        left = np.maximum(right - 1, 0)
-        near = np.where(np.abs(s[left] - t) < np.abs(s[right] - t), left, right)
-        away[a] = main.points[a] - other.points[b][near] - other.velocity[b][near] * (t - s[near])[:, None]
+        away[a] = main.points[a] - at_times(main.time[a], other.time[b], other.points[b], other.velocity[b])
     return away
 
 
-def answers(model: Model, run: Run, at: Floats, progress: Progress) -> Answers | None:
+def at_times(wanted: Floats, time: Floats, points: Floats, velocity: Floats) -> Floats:
+    """(n, 3) positions of a trace at the times of another one, which goes on until the later ends.
+
+    Between two of its rows by the Hermite cubic of positions and velocities; a time that it has is taken as it is; beyond
+    its end, since it ended before or took another exit, by its last velocity. Without rows it is nowhere: NaN.
+    """
+    if not len(time):
+        return np.full((len(wanted), 3), np.nan)
+    right = np.clip(np.searchsorted(time, wanted), min(1, len(time) - 1), len(time) - 1)
+    left = np.maximum(right - 1, 0)
+    h = (time[right] - time[left])[:, None]
+    u = np.divide((wanted - time[left])[:, None], h, out=np.zeros((len(wanted), 1)), where=h > 0)
+    u = np.clip(u, 0.0, 1.0)
+    between = (
+        (1 + 2 * u) * (1 - u) ** 2 * points[left] + u**2 * (3 - 2 * u) * points[right]
+        + h * u * (1 - u) * ((1 - u) * velocity[left] - u * velocity[right])
+    )  # fmt: skip
+    beyond = np.clip(wanted - time[-1], 0.0, None) + np.clip(wanted - time[0], None, 0.0)
+    end = np.where(wanted > time[-1], len(time) - 1, 0)
+    return np.asarray(between + beyond[:, None] * velocity[end])
+
+
+def answers(model: Model, run: Run, progress: Progress) -> Answers | None:
     """How each position answers to errors of samples, law and seed; None if there are too many answers to keep."""
-    traces = run.traces
+    traces, at = run.traces, run.medium.seeds
     times = [traces.time[a:b] for a, b in zip(traces.offsets[:-1], traces.offsets[1:], strict=True)]
     second = _second(model) * run.sign
     kept = 0
@@ -121,7 +127,7 @@ def answers(model: Model, run: Run, at: Floats, progress: Progress) -> Answers |
         if kept > MOST_ANSWERS:
             return None
         some = slice(first, first + SLAB // 8)
-        found = kernels.trace_flow.answers(run.flow, at[some], times[some], second)
+        found = kernels.trace_flow.answers(run.medium.flow, at[some], times[some], second)
         kept += len(found.sample)
         return found
 
@@ -135,7 +141,8 @@ def answers(model: Model, run: Run, at: Floats, progress: Progress) -> Answers |
     ]
     matrix = csr_array(vstack(blocks, format="csr")) if blocks else csr_array((0, 3 * count))
     matrix.sum_duplicates()
-    return Answers(matrix, np.concatenate([p.drift for p in parts]), np.concatenate([p.growth for p in parts]))
+    drift, growth = ([getattr(p, name) for p in parts] for name in ("drift", "growth"))
+    return Answers(matrix, np.concatenate([np.zeros((0, 3)), *drift]), np.concatenate([np.zeros((0, 3, 3)), *growth]))
 
 
 def _second(model: Model) -> Floats:
@@ -156,6 +163,9 @@ def order(runs: list[Run]) -> tuple[Ints, Ints, Ints]:
     -------
     (n,) row of each point; (p + 1,) offsets of the lines; (n,) seed of each point
     """
+    if len(runs) == 1 and runs[0].sign > 0:
+        offsets = runs[0].traces.offsets
+        return np.arange(offsets[-1]), offsets, np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
     starts = np.cumsum([0, *(len(r.traces.time) for r in runs)])
     rows: list[Ints] = []
     for i in range(len(runs[0].traces.offsets) - 1):
@@ -171,3 +181,8 @@ def order(runs: list[Run]) -> tuple[Ints, Ints, Ints]:
     offsets = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
     flat = np.concatenate(rows) if rows else np.zeros(0, np.int64)
     return flat.astype(np.int64), offsets, np.repeat(np.arange(len(rows)), sizes)
+
+
+def time_unit(velocity: str, length: str) -> str:
+    """The unit of times, where that of velocities tells it."""
+    return velocity[len(length) + 1 :] if length and velocity.startswith(f"{length}/") else ""

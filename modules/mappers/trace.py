@@ -24,7 +24,8 @@ from modules.api import (
     mapper,
 )
 from modules.mappers import _trace_accuracy as known
-from modules.mappers._trace_run import Run, against, answers, flow, follow, order
+from modules.mappers._trace_field import Medium, medium
+from modules.mappers._trace_run import Run, against, answers, follow, order, time_unit
 
 Floats = NDArray[np.float64]
 
@@ -58,13 +59,17 @@ def trace(
     steps: Annotated[int, Range(1, 1_000_000, log=True)] = 20_000,
     restarts: bool = True,
     estimate: Literal["half steps", "re-integration", "none"] = "half steps",
+    report: Literal["primary", "subsidiary"] = "primary",
+    safety: Annotated[float, Range(1, 10)] = 1.0,
+    space: Literal["physical", "computational"] = "physical",
     carry: bool = True,
 ) -> Traced:
     """The paths of particles that follow a steady velocity, from each seed until the end time, the border or rest.
 
     Parameters
     ----------
-    model : velocity, of two or three components, on a regular or rectilinear grid
+    model : velocity, of two or three components: linear, nearest or cubic on a regular or rectilinear grid, linear on a
+        bent lattice or in cells of an unstructured grid, which are cut in tetrahedra
     seeds : where particles begin
     pair : Runge-Kutta method; the first two estimate their local errors, the others need another control of the steps
     control : extent (local error over the size of the domain), nag (over the coordinate itself, thesis 5.3 to 5.7: near a
@@ -76,9 +81,15 @@ def trace(
     interval : time between the points of a trace; automatic: one at each step
     longest : length at which a trace ends, measured along its steps; automatic: any
     steps : at most so many in each direction
-    restarts : steps end on the faces of cells, where the linear model has a kink; without, the order of the method is lost
+    restarts : steps end on the faces of cells, where the linear model has a kink; without, the order of the method is lost.
+        A cubic model needs none; bent lattices and tetrahedra always have them
     estimate : of the integration's error: two half steps beside each step, a second integration with a tenth of the
         tolerance (and twice the steps in each cell, with restarts), or none
+    report : with half steps, the primary trace, whose error is stated; or the subsidiary one of the half steps, as NAG and
+        figure 5.10 do: it is the better one, and what is stated is still the error of the primary one
+    safety : a declared factor on the estimate of the integration's error
+    space : of a bent lattice: physical, exact for the interpolated velocity; or computational, where velocities are brought
+        to the lattice at the samples and interpolated there, as thesis 5.1.1 tells, which is another flow between them
     carry : errors of samples, model and seeds are brought along the traces
 
     Raises
@@ -86,63 +97,72 @@ def trace(
     ValueError : the model is not a velocity on such a grid, a setting does not fit the method, or re-integration without
         an interval, whose times both integrations share
 
+    Values: `time`, `speed`, `velocity`, `local error` of the step, and with `carry` `stretching`, the largest factor by which
+    a small displacement of the seed has grown; on lines `seed`.
+
     Accuracy: the integration's error is estimated along each trace; errors of samples, of the model and of the seeds are
-        carried by the derivative of the flow, exact to first order. The velocity residual is exact and is no position.
+        carried by the derivative of the flow, exact to first order, through a linear model in boxes; elsewhere they are
+        missing. The velocity residual is exact and is no position.
     Source: Lopes 1999, chapter 5, with steps restarted at the faces of cells; Alekseev-Groebner integral for the errors of
         data and model.
     """
     if estimate == "re-integration" and not interval:
         raise ValueError("re-integration compares positions at equal times: give an interval")
-    forward = flow(model, 1)
-    at = _inside(seeds.points, model)
-    end = _end_time(forward, end_time)
-    rules: dict[str, Any] = {
-        "control": control, "tolerance": tolerance, "size": step, "end": end, "interval": interval or 0.0,
-        "length": math.inf if longest is None else longest, "steps": steps, "faces": restarts,
-    }  # fmt: skip
+    if report == "subsidiary" and estimate != "half steps":
+        raise ValueError("the subsidiary trace is that of the half steps: estimate by these, or report the primary one")
+    if not safety >= 1:
+        raise ValueError(f"a safety factor is at least 1, not {safety:g}")
     signs = {"forward": (1,), "backward": (-1,), "both": (-1, 1)}[direction]
+    media = [medium([model], sign, seeds.points, space) for sign in signs]
+    rules: dict[str, Any] = {
+        "control": control, "tolerance": tolerance, "size": step, "end": _end_time(media[0], end_time),
+        "interval": interval or 0.0, "length": math.inf if longest is None else longest, "steps": steps, "faces": restarts,
+        "subsidiary": report == "subsidiary",
+    }  # fmt: skip
     runs, errors, found = [], [], []
-    for i, sign in enumerate(signs):
+    carried = carry and media[0].carries
+    for i, (sign, field) in enumerate(zip(signs, media, strict=True)):
         part = progress.part(i / len(signs), (i + 1) / len(signs))
-        run, error = _run(model, sign, at, pair, rules, estimate, part)
+        run, error = _run(field, sign, pair, rules, estimate, part)
         runs.append(run)
         errors.append(error)
-        found.append(answers(model, run, at, part) if carry else None)
+        found.append(answers(model, run, part) if carried else None)
     whole = [f for f in found if f is not None]
-    return _drawn(model, seeds, runs, errors, whole if len(whole) == len(found) else None, estimate, carry)
+    how = known.Told(estimate, report, safety, _why_not(carry, media[0]))
+    return _drawn(model, seeds, runs, errors, whole if len(whole) == len(found) else None, how)
+
+
+def _why_not(carry: bool, field: Medium) -> str:
+    """Why errors of samples and model would not be carried; the number of answers, if nothing else."""
+    if not carry:
+        return "not brought along the traces: 'carry' is off"
+    if not field.carries:
+        return "brought along traces only through a linear model on a regular or rectilinear grid"
+    return ""
 
 
 def _run(
-    model: Model, sign: int, at: Floats, pair: str, rules: dict[str, Any], estimate: str, progress: Progress
+    field: Medium, sign: int, pair: str, rules: dict[str, Any], estimate: str, progress: Progress
 ) -> tuple[Run, Floats]:
     """Follow all particles in one direction; and the estimated error of each position."""
-    field = flow(model, sign)
-    run = follow(field, sign, at, pair, {**rules, "assess": estimate == "half steps"}, progress)
+    run = follow(field, sign, pair, {**rules, "assess": estimate == "half steps"}, progress)
     if estimate != "re-integration":
         return run, run.traces.error
     controlled = rules["control"] in ("extent", "nag")
     finer = {"tolerance": rules["tolerance"] / 10} if controlled else {"size": rules["size"] / 2}
-    again = follow(field, sign, at, pair, {**rules, **finer, "halve": rules["faces"]}, progress)
+    again = follow(field, sign, pair, {**rules, **finer, "halve": rules["faces"]}, progress)
     return run, against(run.traces, again.traces)
 
 
-def _inside(points: Floats, model: Model) -> Floats:
-    at = points.copy()
-    if model.grid.dimensions == 2:
-        at[:, 2] = 0.0
-    return at
-
-
-def _end_time(field: Any, end_time: float | None) -> float:
+def _end_time(field: Medium, end_time: float | None) -> float:
     if end_time is not None:
         return end_time
-    low, high = (np.array([axis[k] for axis in field[1:]]) for k in (0, -1))
-    speed = np.sqrt(np.nanmean((field.values**2).sum(axis=-1)))
-    return float(CROSSINGS * np.linalg.norm(high - low) / speed) if speed > 0 else 1.0
+    box, speed, _known, _boxes = kernels.trace_fields.measures(field.flow)
+    return float(CROSSINGS * np.linalg.norm(box[3] - box[2]) / speed) if speed > 0 else 1.0
 
 
 def _drawn(
-    model: Model, seeds: Geometry, runs: list[Run], errors: list[Floats], found: list[Any] | None, estimate: str, asked: bool
+    model: Model, seeds: Geometry, runs: list[Run], errors: list[Floats], found: list[Any] | None, how: known.Told
 ) -> Traced:
     """Lines, values and accuracy of all runs, and the table of ends."""
     rows, offsets, seed = order(runs)
@@ -154,34 +174,36 @@ def _drawn(
     unit = model.grid.frame.length_unit(model.grid.dimensions)
     time, velocity = column["time"] * sign, column["velocity"] * sign[:, None]
     accuracy = Accuracy.join([
-        (known.integration(estimate, np.concatenate(errors)[rows], unit), None),
+        (known.integration(how, np.concatenate(errors)[rows], unit), None),
         (Accuracy((known.residual(column["residual"] * sign[:, None], model.unit),)), None),
-        (known.inherited(model, seeds, seed, found, rows, unit, asked), None),
-    ]).flag(*known.trusted(runs, time, seed, estimate))  # fmt: skip
-    drawn = np.flatnonzero(np.diff(offsets) > 1)
-    lines = Cells.of([range(offsets[i], offsets[i + 1]) for i in drawn])
+        (known.inherited(model, seeds, seed, found, rows, unit, how), None),
+    ]).flag(*known.trusted(runs, time, seed, how))  # fmt: skip
+    sizes = np.diff(offsets)
+    drawn = np.flatnonzero(sizes > 1)
+    lines = Cells(np.concatenate([[0], np.cumsum(sizes[drawn])]).astype(np.int64), np.flatnonzero(np.repeat(sizes > 1, sizes)))
+    stretching = {}
+    if found is not None:
+        growth = np.concatenate([a.growth for a in found])[rows]
+        stretching["stretching"] = Field(np.linalg.norm(growth, 2, axis=(1, 2)) if len(growth) else np.zeros(0), "point")
     traces = Geometry(
         points=column["points"],
         lines=lines,
         values={
-            "time": Field(time, "point", _time_unit(model.unit, unit)),
+            "time": Field(time, "point", time_unit(model.unit, unit)),
             "speed": Field(np.linalg.norm(velocity, axis=1), "point", model.unit),
             "velocity": Field(velocity, "point", model.unit),
             "local error": Field(np.linalg.norm(column["local"], axis=1), "point", unit),
             "seed": Field(drawn, "cell"),
+            **stretching,
         },
         origin=drawn.astype(np.int64),
-        cell=float(min(np.diff(a).min() for a in model.grid.axes)),  # type: ignore[attr-defined]  # flow() refused others
+        cell=runs[0].medium.cell,
         frame=model.grid.frame,
         name=model.samples.name,
         time=model.samples.time,
         accuracy=accuracy,
     )
     return Traced(traces, _ends(model, seeds, runs))
-
-
-def _time_unit(velocity: str, length: str) -> str:
-    return velocity[len(length) + 1 :] if length and velocity.startswith(f"{length}/") else ""
 
 
 def _ends(model: Model, seeds: Geometry, runs: list[Run]) -> Table:
@@ -204,7 +226,7 @@ def _ends(model: Model, seeds: Geometry, runs: list[Run]) -> Table:
     unit = model.grid.frame.length_unit(model.grid.dimensions)
     return Table(
         columns={name: np.concatenate(parts) for name, parts in columns.items()},
-        units={**dict.fromkeys(("x", "y", "z", "length"), unit), "time": _time_unit(model.unit, unit)},
+        units={**dict.fromkeys(("x", "y", "z", "length"), unit), "time": time_unit(model.unit, unit)},
         name="ends",
         accuracy=known.elsewhere(model, seeds),
     )

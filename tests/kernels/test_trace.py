@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from modules.kernels import trace, trace_flow
 from modules.kernels.runge_kutta import PAIRS
 from modules.kernels.trace import REASONS
+from modules.kernels.trace_fields import axes_of
 
 Floats = NDArray[np.float64]
 FIXED = ("Euler", "Heun", "midpoint", "RK4")
@@ -47,19 +48,20 @@ def march(flow: Any, seeds: Any, pair: str = "Dormand-Prince 5(4)", **rules: Any
 
 def trilinear(flow: Any, cell: NDArray[np.int64], p: Floats) -> Floats:
     """The polynomial of a cell, on its own."""
-    total = np.zeros(3)
-    u = [(p[a] - flow[1 + a][cell[a]]) / (flow[1 + a][cell[a] + 1] - flow[1 + a][cell[a]]) for a in range(3)]
+    total, axes = np.zeros(3), axes_of(flow)
+    values = flow.numbers[: 3 * axes[0].size * axes[1].size * axes[2].size].reshape(axes[2].size, axes[1].size, -1, 3)
+    u = [(p[a] - axes[a][cell[a]]) / (axes[a][cell[a] + 1] - axes[a][cell[a]]) for a in range(3)]
     for k in range(8):
         bits = (k & 1, k >> 1 & 1, k >> 2)
         weight = np.prod([u[a] if bits[a] else 1 - u[a] for a in range(3)])
-        total += weight * flow.values[cell[2] + bits[2], cell[1] + bits[1], cell[0] + bits[0]]
+        total += weight * values[cell[2] + bits[2], cell[1] + bits[1], cell[0] + bits[0]]
     return total
 
 
 def reference(flow: Any, seed: Floats, times: Floats) -> Floats:
     """DOP853 to 1e-13, begun anew at each face; positions at the times."""
-    p, t = np.array(seed, float), 0.0
-    cell = np.array([min(max(np.searchsorted(flow[1 + a], p[a], side="right") - 1, 0), len(flow[1 + a]) - 2) for a in range(3)])
+    p, t, axes = np.array(seed, float), 0.0, axes_of(flow)
+    cell = np.array([min(max(np.searchsorted(x, p[a], side="right") - 1, 0), len(x) - 2) for a, x in enumerate(axes)])
     found = np.full((len(times), 3), np.nan)
     for _ in range(500):
         if t >= times[-1]:
@@ -68,7 +70,7 @@ def reference(flow: Any, seed: Floats, times: Floats) -> Floats:
         for a in range(3):
             for side in range(2):
                 def event(_: float, q: Floats, a: int = a, side: int = side, cell: NDArray[np.int64] = cell) -> float:
-                    return float(q[a] - flow[1 + a][cell[a] + side])
+                    return float(q[a] - axes[a][cell[a] + side])
 
                 event.terminal = True  # type: ignore[attr-defined]  # scipy's way
                 event.direction = 1.0 if side else -1.0  # type: ignore[attr-defined]
@@ -86,9 +88,9 @@ def reference(flow: Any, seed: Floats, times: Floats) -> Floats:
         if s.status == 0 or not hit:
             break
         a, side = divmod(hit[0], 2)
-        p[a] = flow[1 + a][cell[a] + side]
+        p[a] = axes[a][cell[a] + side]
         cell[a] += 1 if side else -1
-        if not 0 <= cell[a] <= len(flow[1 + a]) - 2:
+        if not 0 <= cell[a] <= len(axes[a]) - 2:
             break
     return found
 
@@ -264,9 +266,9 @@ def test_answers_to_one_sample_are_its_differences() -> None:
     node, c, step = int(found.sample[found.start[-2] :][5]), 1, 1e-5
     moved = []
     for sign in (1, -1):
-        values = flow.values.copy()
-        values.reshape(-1, 3)[node, c] += sign * step
-        moved.append(trace.march(flow._replace(values=values), seed, rules).points)
+        numbers = flow.numbers.copy()
+        numbers[3 * node + c] += sign * step
+        moved.append(trace.march(flow._replace(numbers=numbers), seed, rules).points)
     measured = (moved[0] - moved[1])[-1] / (2 * step)
     assert found.answer[found.start[-2] + 5, :, c] == pytest.approx(measured, rel=2e-3, abs=1e-6)
     near = trace.march(flow, seed + np.array([1e-6, 0, 0]), rules).points

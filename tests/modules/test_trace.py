@@ -7,7 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from modules.api import EXACT, Geometry, Model, Progress, Samples
+from modules.api import EXACT, Curvilinear, Geometry, Model, Progress, Samples, Unstructured
+from modules.data.grid import lattice_of
+from modules.data.laws import Linear
+from modules.mappers._trace_field import located
+from modules.mappers.compare_traces import compare_traces
 from modules.mappers.seeds import seeds
 from modules.mappers.trace import trace
 from modules.modellers.interpolate import interpolate
@@ -136,8 +140,13 @@ def test_what_does_not_fit_is_refused() -> None:
         trace(model, some(model), Progress(), pair="RK4")
     with pytest.raises(ValueError, match="vectors"):
         trace(interpolate(analytic(samples=(5, 5))), some(model), Progress())
-    with pytest.raises(ValueError, match="linear model"):
-        trace(interpolate(model.samples, law="nearest"), some(model), Progress())
+    with pytest.raises(ValueError, match="subsidiary"):
+        trace(model, some(model), Progress(), estimate="none", report="subsidiary")
+    with pytest.raises(ValueError, match="safety"):
+        trace(model, some(model), Progress(), safety=0.5)
+    bent = interpolate(analytic(formula=ABC, low=(0, 0, 0), high=(1, 1, 1), samples=(6, 6, 6), grid="curvilinear"))
+    with pytest.raises(ValueError, match="keep the restarts"):
+        trace(bent, some(bent), Progress(), restarts=False)
 
 
 def test_it_is_cancelled_between_slabs() -> None:
@@ -145,3 +154,113 @@ def test_it_is_cancelled_between_slabs() -> None:
     stop.set()
     with pytest.raises(Cancelled):
         trace(model, some(model), Progress(stop=stop))
+
+
+SPIN = "-y; x; 0.1 + 0*z"
+
+
+def spun(start: Any, time: float) -> Any:
+    """Where a rotation about the z axis takes positions."""
+    c, s = np.cos(time), np.sin(time)
+    x, y, z = start.T
+    return np.column_stack([c * x - s * y, s * x + c * y, z + 0.1 * time])
+
+
+def box(grid: Any = "regular", n: int = 7) -> Model:
+    return interpolate(analytic(formula=SPIN, low=(-1, -1, -1), high=(1, 1, 1), samples=(n, n, n), grid=grid))
+
+
+def tetrahedra(n: int = 6) -> Model:
+    """A rotation in hexahedra and tetrahedra of an unstructured grid."""
+    regular = analytic(formula=SPIN, low=(-1, -1, -1), high=(1, 1, 1), samples=(n, n, n))
+    node = np.arange(n**3).reshape(n, n, n)
+    corner = [node[k : n - 1 + k, j : n - 1 + j, i : n - 1 + i].ravel() for k in (0, 1) for j in (0, 1) for i in (0, 1)]
+    hexahedra = np.column_stack([corner[c] for c in (0, 1, 3, 2, 4, 5, 7, 6)])
+    count = len(hexahedra)
+    grid = Unstructured(
+        regular.grid.points(), np.arange(count + 1) * 8, hexahedra.ravel().astype(np.int64), np.full(count, 12, np.int64)
+    )
+    return Model.between(Samples(grid=grid, values=regular.values.reshape(-1, 3), accuracy=regular.accuracy))
+
+
+@pytest.mark.parametrize("model", [box(), box("rectilinear"), box("curvilinear"), tetrahedra()], ids=lambda m: m.grid.kind)
+def test_a_rotation_is_followed_on_every_kind_of_grid(model: Model) -> None:
+    """Linear in space, so exact between the samples of each grid: nothing but the integration is off, and told."""
+    low, high = np.asarray(model.grid.bounds).reshape(3, 2).T
+    middle, span = (low + high) / 2, high - low
+    start = Geometry(points=middle + span * np.array([[0.05, 0.02, -0.2], [-0.1, 0.1, -0.1]]), accuracy=EXACT)
+    traces, ends = trace(model, start, Progress(), end_time=0.5, interval=0.5, tolerance=1e-7)
+    assert set(ends.columns["reason"]) == {"end time"}
+    off = traces.points[1::2] - spun(start.points, 0.5)
+    told = term(traces, "Integration").error()[1::2]
+    assert np.abs(off).max() < 1e-6
+    assert told == pytest.approx(off, abs=max(1e-13, 0.1 * np.abs(off).max()))
+
+
+def test_seeds_are_found_in_a_bent_lattice() -> None:
+    model = interpolate(analytic(formula=SPIN, low=(0, 0, 0), high=(1, 1, 1), samples=(9, 8, 7), grid="curvilinear"))
+    grid = model.grid
+    assert isinstance(grid, Curvilinear)
+    lattice = np.random.default_rng(5).uniform(0, 1, (50, 3)) * [8, 7, 6]
+    weights = Linear().weights(lattice_of(grid), lattice)
+    points = np.column_stack([weights.apply(grid.points()[:, m]) for m in range(3)])
+    assert located(grid, points) == pytest.approx(lattice, abs=1e-9)
+    assert np.isnan(located(grid, points + 100)).all()
+
+
+def test_computational_space_is_another_flow_and_its_error_is_shown() -> None:
+    model = box("curvilinear", 9)
+    low, high = np.asarray(model.grid.bounds).reshape(3, 2).T
+    start = Geometry(points=((low + high) / 2 + 0.1 * (high - low))[None], accuracy=EXACT)
+    rules: dict[str, Any] = {"end_time": 0.5, "interval": 0.5, "tolerance": 1e-8}
+    exact = trace(model, start, Progress(), **rules).traces
+    other = trace(model, start, Progress(), space="computational", **rules).traces
+    off = np.linalg.norm(other.points[-1] - spun(start.points, 0.5)[0])
+    assert 1e-6 < off < 0.05
+    shown = term(compare_traces(other, exact, meaning="model"), "Difference of models").size()[-1]
+    assert shown == pytest.approx(off, rel=1e-3)
+
+
+def test_the_laws_between_samples_are_those_of_the_model() -> None:
+    for law in ("nearest", "cubic"):
+        model = interpolate(abc().samples, law=law)
+        traces = trace(model, some(model), Progress(), end_time=0.3, tolerance=1e-9).traces
+        assert traces.values["velocity"].values == pytest.approx(model.at(traces.points)[0], abs=1e-6 if law == "cubic" else 9)
+    smooth = trace(model, some(model), Progress(), end_time=0.5, interval=0.5, tolerance=1e-8, restarts=False).traces
+    told, fine = term(smooth, "Integration").size()[1::2], trace(
+        model, some(model), Progress(), end_time=0.5, interval=0.5, tolerance=1e-12
+    ).traces
+    off = np.linalg.norm(smooth.points - fine.points, axis=1)[1::2]
+    assert np.median(told / off) == pytest.approx(1.0, abs=0.3)
+
+
+def test_the_subsidiary_trace_is_better_than_what_it_states() -> None:
+    model = abc()
+    rules: dict[str, Any] = {"end_time": 0.5, "interval": 0.1, "carry": False}
+    start = some(model, 20)
+    fine = trace(model, start, Progress(), tolerance=1e-12, **rules).traces.points
+    main, other = (
+        trace(model, start, Progress(), tolerance=1e-3, report=r, **rules).traces for r in ("primary", "subsidiary")
+    )
+    off = [np.linalg.norm(t.points - fine, axis=1) for t in (main, other)]
+    assert np.median(off[1]) < 0.2 * np.median(off[0])
+    stated = term(other, "Integration, of the primary trace")
+    assert "subsidiary trace is drawn" in stated.source.rule
+    assert (stated.size() >= off[1] - 1e-12).mean() > 0.95
+
+
+def test_a_declared_safety_factor_covers() -> None:
+    model, rules = abc(), {"end_time": 0.5, "interval": 0.1, "carry": False}
+    start = some(model, 40)
+    fine = trace(model, start, Progress(), tolerance=1e-12, **rules).traces.points  # type: ignore[arg-type]  # mixed
+    coarse = trace(model, start, Progress(), tolerance=1e-4, safety=2.0, **rules).traces  # type: ignore[arg-type]  # mixed
+    stated = term(coarse, "Integration")
+    assert "2 times as safety" in stated.source.rule
+    assert (stated.size() >= np.linalg.norm(coarse.points - fine, axis=1) - 1e-12).mean() >= 0.95
+
+
+def test_stretching_is_the_growth_of_a_displacement() -> None:
+    model = interpolate(analytic(formula="x; -y; 0*z", low=(-9, -9, -1), high=(9, 9, 1), samples=(5, 5, 3)))
+    start = Geometry(points=np.array([[0.5, 0.5, 0.0]]), accuracy=EXACT)
+    traces = trace(model, start, Progress(), end_time=1.0, interval=1.0).traces
+    assert traces.values["stretching"].values == pytest.approx([1.0, np.e], rel=1e-6)
