@@ -67,7 +67,7 @@ def random_grids(name: str, kind: str, count: int, seed: int) -> None:
     for values in topology.grids(kind, count, seed):
         found = mesh(values, 0.0)
         verdict = topology.judged(values, axes_of(values), 0.0, found, ties=kind == "ties")
-        seen = kind != "ties" and verdict.right and verdict.finest <= 16  # thinner parts the whole would not show
+        seen = kind != "ties" and verdict.right and verdict.finest <= 8  # thinner parts the whole would not show
         if seen and not is_whole(values, 0.0, found):
             verdict.wrong["another whole"] = 1
         bad += not verdict.right
