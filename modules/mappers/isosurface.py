@@ -76,12 +76,7 @@ def isosurface(
     if not np.isfinite(chosen):
         raise ValueError(f"the level must be a number, not {chosen}")
     if method == "accurate":
-        passes = iter((progress.part(0.0, 0.2), progress.part(0.2, 0.7)))
-        drawn = kernels.marching.surface(
-            values, *axes, chosen, slabs=lambda function, numbers: next(passes).map(function, numbers),
-            index=memo(model, "blocks of the isosurface", lambda: kernels.marching.blocks(values)),
-        )  # fmt: skip
-        points, triangles, cell = drawn.points, drawn.triangles, drawn.cell
+        points, triangles, cell = _accurate(model, values, axes, chosen, progress)
     else:
         points, triangles, cell = draw(method, values, axes, chosen, cuts, progress)
         if method == "dividing":
@@ -125,6 +120,18 @@ def _volume(model: Model) -> tuple[Floats, tuple[Floats, Floats, Floats], str]:
         raise ValueError(f"isosurface needs at least two samples along each axis, got {grid.shape}")
     x, y, z = grid.axes
     return np.ascontiguousarray(model.samples.values, dtype=float), (x, y, z), grid.frame.length_unit(3)
+
+
+def _accurate(
+    model: Model, values: Floats, axes: tuple[Floats, Floats, Floats], level: float, progress: Progress
+) -> tuple[Floats, Ints, Ints]:
+    """Points, triangles and their cells, in two passes; blocks of samples that the level does not cross are passed by."""
+    passes = iter((progress.part(0.0, 0.2), progress.part(0.2, 0.7)))
+    drawn = kernels.marching.surface(
+        values, *axes, level, slabs=lambda function, numbers: next(passes).map(function, numbers),
+        index=memo(model, "blocks of the isosurface", lambda: kernels.marching.blocks(values)),
+    )  # fmt: skip
+    return drawn.points, drawn.triangles, drawn.cell
 
 
 def _middle(values: Floats) -> float:
