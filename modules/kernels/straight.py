@@ -135,6 +135,7 @@ def loops(code: int, faces: int) -> tuple[tuple[int, ...], ...]:
 
 @functools.cache
 def faces_of(edge: int) -> frozenset[int]:
+    """The two faces at an edge."""
     axis, u, v = edge // 4, (edge // 2) % 2, edge % 2
     p, q = ACROSS[axis]
     return frozenset((int(2 * p + u), int(2 * q + v)))

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from modules.kernels import cell_types, marching, straight, trilinear
+from modules.kernels import cell_types, marching, marching_cases, straight, trilinear
 from tests.oracles import topology
 
 PAGE = Path(__file__).resolve().parents[2] / "resources" / "docs" / "cell-solids.png"
@@ -33,7 +33,7 @@ class Case(NamedTuple):
 @functools.cache
 def cases() -> tuple[Case, ...]:
     """One random cell for each kind, with and without a tunnel; of several that whose values are least apart."""
-    random, best = np.random.default_rng(8), {}
+    random, best = np.random.default_rng(8), dict[str, Case]()
     first = {cell_types.configuration(code): code for code in range(254, 0, -1) if code.bit_count() <= 4}
     for number, code in sorted(first.items()):
         value = np.exp(0.7 * random.normal(size=(12000, 8)))
@@ -42,7 +42,7 @@ def cases() -> tuple[Case, ...]:
         value[:, [c for c in range(8) if not code >> c & 1]] *= -1
         found = straight.Active(np.arange(len(value)), np.zeros((len(value), 8), np.int64), value, np.full(len(value), code))
         faces = straight.joined(found, 0.0, "decider")
-        six = trilinear.inner_inflections(value).all(axis=(1, 2))
+        six = np.asarray(trilinear.inner_inflections(value).all(axis=(1, 2)))
         spread = np.abs(value).max(axis=1) / np.abs(value).min(axis=1)
         for n in np.argsort(spread, kind="stable").tolist():
             loops = straight.loops(code, int(faces[n]))
@@ -98,7 +98,7 @@ def _write(told: str) -> None:
         look: Any = {"facecolors": "#C4C9D0", "edgecolors": "#4E5763", "linewidth": 0.5, "shade": True}
         axes.add_collection3d(Poly3DCollection(mesh.points[mesh.triangles], **look))
         corner = np.array([[c >> 2, c >> 1 & 1, c & 1] for c in range(8)], float)
-        for a, b in straight.EDGE_ENDS:
+        for a, b in marching_cases.EDGE_ENDS:
             axes.plot(*corner[[a, b]].T, color="#7A8492", linewidth=0.8)
         above = np.array(case.corners) >= 0
         axes.scatter(*corner[above].T, color="#1A1E24", s=22, depthshade=False)
