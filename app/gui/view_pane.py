@@ -17,6 +17,7 @@ from app.gui.legend_box import LegendBox
 from app.gui.pick_tool import PickTool
 from app.gui.session import Session
 from app.gui.studio import Studio
+from app.gui.widgets.parts import Elided
 from app.legend import Legend, legend
 from modules.data.scene import Scene
 
@@ -54,7 +55,7 @@ class ViewPane(QWidget):
 
     def _build(self) -> None:
         self.title = style.labelled("View", "title")
-        self.name = style.labelled("", "quiet")
+        self.name = Elided("quiet")
         self.note = style.labelled("", "boxed")
         self.note.setFixedHeight(20)
         self.bar = QFrame()
@@ -63,9 +64,8 @@ class ViewPane(QWidget):
         row = QHBoxLayout(self.bar)
         row.setContentsMargins(12, 0, 6, 0)
         row.setSpacing(8)
-        for widget in (self.title, self.name):
-            row.addWidget(widget)
-        row.addStretch(1)
+        row.addWidget(self.title)
+        row.addWidget(self.name, 1)
         row.addWidget(self.note)
         tip = "Pick: a click reads value and error there. P picks under the pointer, Ctrl+click without the tool"
         self.picker = _tool("target", tip, self._picking)

@@ -53,7 +53,7 @@ def shown(window: MainWindow) -> None:
     session = window.session
     until(lambda: bool(session.views()) and all(session.outputs(v) and not session.stale(v) for v in session.views()))
     until(lambda: not session.runs.busy)
-    until(lambda: window.views.panes[0].back.tag is not None)
+    until(lambda: all(pane.back.tag is not None for pane in window.views.panes if pane.node))
     QTest.qWait(600)
 
 
@@ -131,6 +131,27 @@ def overview(window: MainWindow) -> None:
     QTest.qWait(2000)
 
 
+def pick(window: MainWindow) -> None:
+    """A place of the picture read: value, and each source of error in words and signs."""
+    opened(window)
+    pane = window.views.panes[0]
+    surface = pane.back.surface
+    assert surface is not None
+    for step in range(60):  # a line is thin: the nearest place that is drawn
+        QTest.mouseClick(surface, LEFT, Qt.KeyboardModifier.ControlModifier, pane.back.plot.center() + QPoint(2 * step, step))
+        with suppress(TimeoutError):
+            until(lambda: pane.pick.box.readout is not None, 0.5)
+            break
+    assert pane.pick.box.readout is not None
+    QTest.qWait(300)
+
+
+def comparison(window: MainWindow) -> None:
+    """Three views of one network, side by side."""
+    opened(window, ROOT / "networks" / "thesis-2-07.json")
+    QTest.qWait(600)
+
+
 def palette(window: MainWindow) -> None:
     """Every action by its words."""
     opened(window)
@@ -151,7 +172,7 @@ def recovery(window: MainWindow) -> None:
 
 STATES: dict[str, Callable[[MainWindow], None]] = {
     state.__name__.replace("_", "-"): state
-    for state in (first, network, quick_add, wire, error, budget, overview, palette, recovery)
+    for state in (first, network, quick_add, wire, error, budget, overview, pick, comparison, palette, recovery)
 }
 
 
