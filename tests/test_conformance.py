@@ -24,6 +24,8 @@ NETWORKS = sorted((ROOT / "networks").glob("*.json"))
 NAMES_A_SOURCE = ("modellers", "mappers", "accuracy_mappers")
 
 ELSEWHERE: dict[str, str] = {
+    "mappers.compare_traces.compare_traces": "tests/modules/test_compare_traces.py",
+    "mappers.unsteady.unsteady": "tests/modules/test_unsteady.py",
     "modellers.state_accuracy.state_accuracy": "tests/modules/test_state_accuracy.py",
     "readers.dataset.dataset": "tests/modules/test_readers.py",
     "readers.raw.raw": "tests/modules/test_readers_volumes.py",
