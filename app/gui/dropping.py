@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -30,10 +31,21 @@ def is_network(file: Path) -> bool:
 
 def gathered(files: Sequence[Path]) -> list[Path]:
     """Files whose names differ in one number alone are a series: one pattern."""
-    from modules.readers.series import pattern_of
-
     pattern = pattern_of(files)
     return list(files) if pattern is None else [pattern]
+
+
+def pattern_of(some: Sequence[Path]) -> Path | None:
+    """The pattern of files whose names differ in one number alone; None if they do not."""
+    if len(some) < 2 or len({p.parent for p in some}) > 1:
+        return None
+    parts = [re.split(r"(\d+)", p.name) for p in some]
+    if len({len(p) for p in parts}) > 1:
+        return None
+    differ = [i for i, words in enumerate(zip(*parts, strict=True)) if len(set(words)) > 1]
+    if len(differ) != 1 or differ[0] % 2 == 0:
+        return None
+    return some[0].parent / "".join("*" if i == differ[0] else word for i, word in enumerate(parts[0]))
 
 
 def read(session: Session, file: Path, done: Callable[[], object]) -> None:

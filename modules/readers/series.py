@@ -50,19 +50,6 @@ def natural(path: Path) -> tuple[tuple[int, int | str], ...]:
     return tuple((0, int(part)) if part.isdecimal() else (1, part.lower()) for part in re.split(r"(\d+)", path.name) if part)
 
 
-def pattern_of(some: Sequence[Path]) -> Path | None:
-    """The pattern of files whose names differ in one number alone; None if they do not."""
-    if len(some) < 2 or len({p.parent for p in some}) > 1:
-        return None
-    parts = [re.split(r"(\d+)", p.name) for p in some]
-    if len({len(p) for p in parts}) > 1:
-        return None
-    differ = [i for i, words in enumerate(zip(*parts, strict=True)) if len(set(words)) > 1]
-    if len(differ) != 1 or differ[0] % 2 == 0:
-        return None
-    return some[0].parent / "".join("*" if i == differ[0] else word for i, word in enumerate(parts[0]))
-
-
 def _kind(path: Path) -> tuple[Read, Callable[[Path], Mapping[str, Any]]]:
     suffix = path.suffix.lower()
     if suffix in _containers.SUFFIXES:

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from app.gui.dropping import pattern_of
 from modules.progress import Cancelled, Progress
 from modules.readers._files import ReadError
-from modules.readers.series import files, pattern_of, peek, series
+from modules.readers.series import files, peek, series
 
 QUIET = Progress()
 RNG = np.random.default_rng(4)
