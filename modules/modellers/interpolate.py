@@ -80,7 +80,7 @@ def _slopes(x: Floats) -> Any | None:
 
 def _wider(x: Floats) -> Floats:
     h = np.diff(x)
-    return np.maximum(np.append(h, h[-1]), np.append(h[0], h))
+    return np.asarray(np.maximum(np.append(h, h[-1]), np.append(h[0], h)))
 
 
 TELLS: Mapping[str, Callable[[Floats], Any | None]] = {"linear": _bend, "nearest": _step, "cubic": _slopes}

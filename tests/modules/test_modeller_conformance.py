@@ -177,31 +177,36 @@ def record_named(name: str) -> Module:
     return next(record for record in MODELLERS if name_of(record) == name)
 
 
+def given(name: str, *inputs: Any, **more: Any) -> Samples:
+    """What a modeller makes of samples."""
+    return cast(Samples, record_named(name).function(*inputs, **more))
+
+
 def spacing_forgotten(samples: Samples) -> Samples:
     """A gradient whose values know the spacing and whose errors do not."""
-    right = record_named("gradient").function(samples)
-    wrong = record_named("gradient").function(replace(samples, grid=regular(samples.grid.shape)))
+    right = given("gradient", samples)
+    wrong = given("gradient", replace(samples, grid=regular(samples.grid.shape)))
     return replace(right, accuracy=replace(wrong.accuracy, of=None))
 
 
 def deviations_instead_of_operators(samples: Samples) -> Samples:
     """A gradient of a smoothing that hands on one deviation a sample, as if neighbours had nothing in common."""
-    smooth = record_named("smooth").function(samples, Progress())
+    smooth = given("smooth", samples, Progress())
     flattened = [
         replace(t, value=np.abs(t.error()).ravel(), operator=Identity(t.operator.shape[0])) for t in smooth.accuracy.terms
     ]
-    return cast(Samples, record_named("gradient").function(replace(smooth, accuracy=Accuracy(tuple(flattened)))))
+    return given("gradient", replace(smooth, accuracy=Accuracy(tuple(flattened))))
 
 
 def weights_squared(samples: Samples) -> Samples:
     """A smoothing that averages its errors a second time."""
-    right = record_named("smooth").function(samples, Progress())
-    return replace(right, accuracy=record_named("smooth").function(right, Progress()).accuracy)
+    right = given("smooth", samples, Progress())
+    return replace(right, accuracy=given("smooth", right, Progress()).accuracy)
 
 
 def border_forgotten(samples: Samples) -> Samples:
     """A moving average whose errors know nothing of the window's cut at the border."""
-    right = record_named("moving_average").function(samples, Progress())
+    right = given("moving_average", samples, Progress())
     inside: Operator = Identity(samples.grid.count)
     for axis in range(len(samples.grid.shape)):
         inside = stencil(samples.grid.shape, axis, (-2, -1, 0, 1, 2), (0.2,) * 5).after(inside)
@@ -215,21 +220,21 @@ def term_dropped(samples: Samples) -> Samples:
 
 def bound_too_small(samples: Samples) -> Samples:
     """A rounding that claims a quarter of a step."""
-    right = record_named("quantise").function(samples, step=0.5)
+    right = given("quantise", samples, step=0.5)
     terms = [t if t.name != "Rounding to steps" else replace(t, value=t.value / 2) for t in right.accuracy.terms]
     return replace(right, accuracy=Accuracy(tuple(terms)))
 
 
 def wrong_sign(samples: Samples) -> Samples:
     """A smoothing that states its bias the wrong way round."""
-    right = record_named("smooth").function(samples, Progress())
+    right = given("smooth", samples, Progress())
     terms = [t if t.name != "Smoothing" else replace(t, value=-t.value) for t in right.accuracy.terms]
     return replace(right, accuracy=Accuracy(tuple(terms)))
 
 
 def bias_of_half_the_size(samples: Samples) -> Samples:
     """A gradient that forgets a factor of its error."""
-    right = record_named("gradient").function(samples)
+    right = given("gradient", samples)
     terms = [t if t.kind != "signed" else replace(t, value=t.value / 3) for t in right.accuracy.terms]
     return replace(right, accuracy=Accuracy(tuple(terms)))
 
