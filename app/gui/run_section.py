@@ -125,6 +125,7 @@ class FailureCard(QFrame):
         column.addWidget(self.inputs)
         column.addLayout(row)
         column.addWidget(self.trace)
+        column.addStretch(1)
         self.refresh()
 
     def refresh(self) -> None:
