@@ -12,11 +12,27 @@ from typing import Any, Literal
 import numpy as np
 
 from modules import kernels
-from modules.data.operators import Floats, Gather, Identity, Interleave, Ints, Operator, Stencil, Sum, blocks, fixed, steps
+from modules.data.operators import (
+    Chain,
+    Floats,
+    Gather,
+    Identity,
+    Interleave,
+    Ints,
+    Operator,
+    Stencil,
+    Sum,
+    blocks,
+    fixed,
+    steps,
+)
 from modules.data.separable import folded
 
 Kind = Literal["linear", "bound", "signed", "members", "metric"]
 Check = Callable[[float], object]
+
+SIGNED = ("signed", "metric")
+"""Kinds whose sizes keep their sign."""
 
 MANY = 8_192
 """From so many rows on the compiled way is worth its loading."""
@@ -43,6 +59,8 @@ def fold(kind: Kind, value: Floats, operator: Operator, rows: Ints | None = None
     if isinstance(operator, Interleave):
         return _taking_turns(kind, value, operator, rows, check)
     quick = folded(kind, value, operator, rows)
+    if quick is None:
+        quick = _repeated(kind, value, operator, rows, check)
     if quick is not None:
         return quick
     wanted = np.arange(operator.shape[0]) if rows is None else np.asarray(rows)
@@ -66,6 +84,19 @@ def _taking_turns(kind: Kind, value: Floats, operator: Interleave, rows: Ints | 
             mine = np.asarray(rows) % c == k
             result[mine] = fold(kind, value, part, np.asarray(rows)[mine] // c, share)
     return result
+
+
+def _repeated(kind: Kind, value: Floats, operator: Operator, rows: Ints | None, check: Check | None) -> Floats | None:
+    """Rows that are single entries of what comes before, many of them the same, as the points of a glyph: each folded once."""
+    if not isinstance(operator, Chain) or not isinstance(operator.then, Gather) or operator.then.index.shape[1] != 1:
+        return None
+    last, wanted = operator.then, slice(None) if rows is None else np.asarray(rows)
+    entries = last.index[wanted, 0]
+    used, which = np.unique(entries, return_inverse=True)
+    if 2 * len(used) > len(entries):
+        return None
+    weight = last.weight if last.weight.ndim == 0 else last.weight[wanted, 0]
+    return np.asarray(fold(kind, value, operator.first, used, check)[which] * (weight if kind in SIGNED else np.abs(weight)))
 
 
 def _share(check: Check, k: int, n: int) -> Check:
@@ -101,7 +132,7 @@ def _composed(operator: Operator, rows: Ints) -> tuple[Ints, Floats, list[Operat
 
 def _entries(kind: Kind, value: Floats, index: Ints, weight: Floats) -> Floats:
     """Rows that are k weighted primitives; entries that fall on one primitive add up before they are squared."""
-    if kind in ("signed", "metric"):
+    if kind in SIGNED:
         return np.asarray((weight * (value if value.ndim == 0 else value[index])).sum(axis=1))
     if index.shape[1] == 1 and kind != "members":
         return np.abs(weight[:, 0] * (value if value.ndim == 0 else value[index[:, 0]]))

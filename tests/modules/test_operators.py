@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
 from modules.data.fold import Kind, fold
 from modules.data.operators import (
@@ -172,3 +173,19 @@ def test_cancel_is_polled_while_folding() -> None:
 
     with pytest.raises(Enough):
         fold("bound", np.asarray(1.0), gather(200_000, 10, 2), check=check)
+
+
+@pytest.mark.parametrize("kind", ["linear", "bound", "signed", "members"])
+def test_many_rows_of_one_entry_are_folded_once_and_are_the_same(kind: Kind) -> None:
+    """The points of a glyph all have the error of the point that it stands for."""
+    random = np.random.default_rng(0)
+    inner = Matrix(csr_array(random.standard_normal((6, 5))))
+    index, weight = random.integers(0, 6, 40), random.standard_normal(40)
+    operator = Gather(index[:, None], weight[:, None], 6).after(inner)
+    value = random.random((4, 5) if kind == "members" else 5)
+    seen: list[int] = []
+    got = fold(kind, value, operator, None, lambda _: seen.append(1))
+    assert len(seen) == 1
+    assert got == pytest.approx(np.concatenate([fold(kind, value, operator, np.array([i])) for i in range(40)]))
+    some = np.array([3, 3, 3, 8, 8, 3])
+    assert fold(kind, value, operator, some) == pytest.approx(got[some])
