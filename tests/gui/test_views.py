@@ -68,8 +68,23 @@ def test_as_many_views_as_are_asked_for(two: Views) -> None:
     assert [two.rows[i].count() for i in (0, 1)] == [2, 2]
 
 
+def settled(views: Views, qtbot: Any) -> None:
+    """Wait until no view makes room for its legend any more."""
+    seen: list[Any] = []
+
+    def still() -> bool:
+        seen.append([dict(pane.back.camera or {}) for pane in views.panes if pane.node])
+        return len(seen) > 10 and all(cameras == seen[-1] for cameras in seen[-10:]) and all(seen[-1])
+
+    for name in ("view-1", "view-2", "view-3"):
+        legend_of(views, name, qtbot)
+    while not still():
+        qtbot.wait(50)
+
+
 def test_linked_views_move_together_live_and_keep_it(two: Views, qtbot: Any) -> None:
     one, other, space = (pane(two, f"view-{n}") for n in (1, 2, 3))
+    settled(two, qtbot)
     before, apart = dict(space.back.camera or {}), dict(other.back.camera or {})
     at = one.back.plot.center()
     QTest.mousePress(one.back, LEFT, pos=at)
