@@ -125,7 +125,7 @@ def _port_words(port: Port) -> str:
     kind = glyphs.TYPES.get(port.type.__name__, port.type.__name__)
     notes = [kind, "several" if port.many else "", "may be left unwired" if port.optional else ""]
     said = ", ".join(n for n in notes if n)
-    return f"{said}. {port.words}" if port.words else said
+    return f"{said}: {port.words}" if port.words else said
 
 
 def _table(title: str, lines: list[tuple[str, str, str]], look: Look) -> str:
