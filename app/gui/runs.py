@@ -161,7 +161,7 @@ class Runs(QObject):
         for told in self.worker.take():
             event = told.event
             if isinstance(event, Done):
-                self._ended(event.outcome)
+                self._ended(event, told)
             elif isinstance(event, NodeEvent) and event.node in self.network.nodes:
                 self._happened(event, told)
 
@@ -198,12 +198,18 @@ class Runs(QObject):
             self._become(name, NodeState(kind, None, event.entry.seconds, said, reused=reused))
         self.resultChanged.emit(name)
 
-    def _ended(self, outcome: str) -> None:
-        if outcome != "overtaken":
-            for name, state in list(self._states.items()):
-                if state.kind in AT_WORK and (outcome == "cancelled" or name in self._fresh):
-                    self._become(name, NodeState("dirty", seconds=state.seconds))
-        self.waveDone.emit(outcome)
+    def _ended(self, event: Done, told: Told) -> None:
+        latest = told.serial >= self._serial
+        for name, state in list(self._states.items()) if event.outcome != "overtaken" else ():
+            if state.kind not in AT_WORK:
+                continue
+            key = told.keys.get(name, "") if latest and event.outcome == "settled" else ""
+            entry = self.results.get(key) if key else None
+            if entry is not None:  # nobody needed it in this wave, but it is there: the network ran before
+                self._settled(Reused(wave=event.wave, node=name, key=key, entry=entry), True)
+            elif latest or event.outcome == "cancelled" or name in self._fresh:
+                self._become(name, NodeState("dirty", seconds=state.seconds))
+        self.waveDone.emit(event.outcome)
 
     def _become(self, node: str, state: NodeState) -> None:
         if self._states.get(node) != state:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from PySide6.QtCore import QObject, QThread, Signal
 
-from app.engine.events import Event
+from app.engine.events import Done, Event
 from app.engine.executor import Engine
 from app.engine.network import Network
 
@@ -20,10 +20,11 @@ KEPT = 64
 
 @dataclass(frozen=True)
 class Told:
-    """An event, and the number of the edit whose network it is about."""
+    """An event, the number of the edit whose network it is about, and at the end of a wave the keys of all nodes."""
 
     event: Event
     serial: int
+    keys: Mapping[str, str] = field(default_factory=dict)
 
 
 class Worker(QThread):
@@ -57,9 +58,11 @@ class Worker(QThread):
         for event in self.engine.events():
             if event.wave != wave:
                 wave, serial = self._place(event.wave, wave, serial)
+            now = self.engine.wave if isinstance(event, Done) else None
+            keys = now.keys if now is not None and now.number == event.wave else {}
             with self._lock:
                 first = not self._box
-                self._box.append(Told(event, serial))
+                self._box.append(Told(event, serial, keys))
             if first:
                 self.arrived.emit()
 

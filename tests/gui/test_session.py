@@ -2,11 +2,12 @@
 
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from app.engine.catalogue import Catalogue
+from app.engine.catalogue import Catalogue, mine
 from app.engine.network import Network
 from app.gui.session import Session
 from modules.api import EXACT, Annotated, Range, Samples, Value, modeller, reader
@@ -254,3 +255,21 @@ def test_a_glance_is_computed_elsewhere_and_told(session_of: Callable[..., Sessi
     qtbot.waitUntil(lambda: bool(real.glance("model", "model")), timeout=10000)
     assert {one.stage for one in real.glance("model", "model")} >= {"data"}
     assert isinstance(real.outputs("field")["samples"], Samples)  # type: ignore[index]
+
+
+def test_a_network_that_ran_before_shows_all_its_results_when_it_is_opened_again(
+    session_of: Callable[..., Session], tmp_path: Path, qtbot: Any
+) -> None:
+    session = session_of(mine())
+    network = session.network.add("readers.analytic.analytic", session.catalogue, id="field")
+    network = network.add("interpolate", session.catalogue, id="model")
+    session.edit("Add", network.connect("field", "samples", "model", "samples", session.catalogue))
+    session.run_all()
+    qtbot.waitUntil(lambda: session.state("model").kind == "clean", timeout=20000)
+    session.save(tmp_path / "mine.json")
+    session.new()
+    session.open(tmp_path / "mine.json")
+    session.run_all()
+    qtbot.waitUntil(lambda: session.state("model").kind == "cached", timeout=20000)
+    qtbot.waitUntil(lambda: session.state("field").kind == "cached", timeout=2000)
+    assert session.outputs("field") is not None
