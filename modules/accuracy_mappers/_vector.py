@@ -19,7 +19,7 @@ Ints = NDArray[np.int64]
 UNCREDITED = "no assessment"
 """Flag of the points from which on the estimate of the integration's error is not credible."""
 ASSESSED = "Integration"
-"""Source of which that flag speaks."""
+"""How the name of the source begins of which that flag speaks: the trace that is drawn may be the subsidiary one."""
 LEFT_OUT = "not drawn where the estimate is not credible"
 
 
@@ -102,6 +102,15 @@ def shares(term: Term, k: float, steps: int) -> Floats:
     return nested(k, steps) / k if spread(term) else np.arange(steps, 0, -1) / steps
 
 
+def credible(known: Accuracy, term: Term, size: Floats) -> NDArray[np.bool_]:
+    """(n,) whether the size (n,) of a term is finite, and its estimate credible."""
+    good = np.isfinite(size)
+    for flag in known.flags:
+        if flag.name == UNCREDITED and flag.items is not None and term.name.startswith(ASSESSED):
+            good[flag.items] = False
+    return good
+
+
 def along(traces: Geometry, known: Accuracy, terms: Sequence[Term], least: int = 1) -> Along:
     """Where the errors are finite and their estimates credible.
 
@@ -110,12 +119,7 @@ def along(traces: Geometry, known: Accuracy, terms: Sequence[Term], least: int =
     least : runs of fewer points are left out
     """
     lines = traces.lines
-    good = np.ones(len(traces.points), bool)
-    for term in terms:
-        good &= np.isfinite(term.size())
-    for flag in known.flags:
-        if flag.name == UNCREDITED and flag.items is not None and any(t.name == ASSESSED for t in terms):
-            good[flag.items] = False
+    good = np.logical_and.reduce([credible(known, term, term.size()) for term in terms])
     runs: list[Ints] = []
     owners: list[int] = []
     for i, (a, b) in enumerate(pairwise(lines.offsets)):

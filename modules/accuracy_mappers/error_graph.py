@@ -49,12 +49,12 @@ def error_graph(
     name, columns[name], units[name] = _clock(traces, where)
     total = known.total(k, "position", "point", where)
     columns["total error"] = total
-    for term in sorted(terms, key=lambda t: -float(np.nan_to_num(t.size(where), posinf=0.0).max(initial=0.0))):
-        size = term.size(where) * (k if vector.spread(term) else 1.0)
-        doubtful = ~np.isin(where, vector.along(traces, known, [term]).where)
-        size[doubtful] = np.nan
-        total[doubtful] = np.nan
-        columns[_free(term.name, columns)] = size
+    sizes = [(t, t.size()) for t in terms]
+    for term, size in sorted(sizes, key=lambda pair: -float(np.nan_to_num(pair[1][where], posinf=0.0).max(initial=0.0))):
+        doubtful = ~vector.credible(known, term, size)[where]
+        column = size[where] * (k if vector.spread(term) else 1.0)
+        column[doubtful] = total[doubtful] = np.nan
+        columns[_free(term.name, columns)] = column
         units[term.name] = term.unit
     return Table(
         columns=columns, units=units, name=f"errors of trace {trace}",

@@ -147,6 +147,8 @@ def test_where_the_estimate_is_not_credible_nothing_is_drawn_and_words_say_so() 
         assert drawn.points[:, 0].max() <= 1.0
         assert "not credible" in drawn.shows[0].note
         assert draw(traces, source="Noise").points[:, 0].max() > 4
+    subsidiary = line(signed(ERROR, name="Integration, of the primary trace"), flags=ENDED)
+    assert tube(subsidiary).points[:, 0].max() <= 1.0
     ends = assessment_end(traces)
     assert ends.points.tolist() == [[2, 0, 0]]
     assert ends.values["name"].values.tolist() == ["no assessment from here on"]
