@@ -13,12 +13,12 @@ from PySide6.QtWidgets import (
     QLabel,
     QPushButton,
     QScrollArea,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
 from app.gui import icons, style
+from app.gui.widgets.parts import tool
 from app.readout import Line, Readout
 
 WIDE = 372
@@ -45,8 +45,8 @@ class PickBox(QFrame):
         self.setFixedWidth(WIDE)
         self.title = style.labelled("", "section")
         self.title.setWordWrap(True)
-        self.copy = _tool("copy", "Copy the read-out as text", self._copy)
-        self.close_tool = _tool("close", "Close (Esc)", self.closed.emit)
+        self.copy = tool("copy", "Copy the read-out as text", self._copy)
+        self.close_tool = tool("close", "Close (Esc)", self.closed.emit)
         head = QHBoxLayout()
         head.setSpacing(2)
         head.addWidget(self.title, 1)
@@ -146,8 +146,8 @@ class PickBox(QFrame):
 
     def restyle(self) -> None:
         """In another theme."""
-        for tool in (self.copy, self.close_tool):
-            tool.setIcon(icons.icon(str(tool.property("drawing")), "text 2"))
+        for one in (self.copy, self.close_tool):
+            one.setIcon(icons.icon(str(one.property("drawing")), "text 2"))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin to move it."""
@@ -232,14 +232,4 @@ def _flag(words: str) -> QWidget:
 def _rule() -> QFrame:
     made = QFrame()
     made.setProperty("kind", "line")
-    return made
-
-
-def _tool(drawing: str, words: str, do: Callable[[], object]) -> QToolButton:
-    made = QToolButton()
-    made.setIcon(icons.icon(drawing, "text 2"))
-    made.setProperty("drawing", drawing)
-    made.setToolTip(words)
-    made.setAccessibleName(words)
-    made.clicked.connect(lambda: do())
     return made

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 from PySide6.QtCore import QEvent, QObject, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QInputDialog, QLabel, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QInputDialog, QLabel, QVBoxLayout, QWidget
 
 from app.draw.styles import Ranges, Wardrobe
 from app.gui import bookmarks, cameras, icons, style, view_menu
@@ -17,7 +16,7 @@ from app.gui.legend_box import LegendBox
 from app.gui.pick_tool import PickTool
 from app.gui.session import Session
 from app.gui.studio import Studio
-from app.gui.widgets.parts import Elided
+from app.gui.widgets.parts import Elided, tool
 from app.legend import Legend, legend
 from modules.data.scene import Scene
 
@@ -68,17 +67,17 @@ class ViewPane(QWidget):
         row.addWidget(self.name, 1)
         row.addWidget(self.note)
         tip = "Pick: a click reads value and error there. P picks under the pointer, Ctrl+click without the tool"
-        self.picker = _tool("target", tip, self._picking)
+        self.picker = tool("target", tip, self._picking)
         self.picker.setCheckable(True)
-        self.cube = _tool("cube", "How it is seen: axes, bookmarks, perspective, wireframe", self._menu)
+        self.cube = tool("cube", "How it is seen: axes, bookmarks, perspective, wireframe", self._menu)
         self.tools = [
             self.picker,
             self.cube,
-            _tool("fit", "See all of the scene (double click)", lambda: self.back.fit()),
-            _tool("camera", "Save the picture with its certificate…", lambda: self.pictureAsked.emit(self.node)),
+            tool("fit", "See all of the scene (double click)", lambda: self.back.fit()),
+            tool("camera", "Save the picture with its certificate…", lambda: self.pictureAsked.emit(self.node)),
         ]
-        for tool in self.tools:
-            row.addWidget(tool)
+        for one in self.tools:
+            row.addWidget(one)
         self.words = QLabel(self.back)
         self.words.setProperty("kind", "quiet")
         self.words.setAlignment(Qt.AlignmentFlag.AlignCenter)
@@ -210,8 +209,8 @@ class ViewPane(QWidget):
         self.session.message.emit("error", f"{self.node} cannot be drawn: {sentence}")
 
     def _restyle(self) -> None:
-        for tool in self.tools:
-            tool.setIcon(icons.icon(str(tool.property("drawing")), "text 2"))
+        for one in self.tools:
+            one.setIcon(icons.icon(str(one.property("drawing")), "text 2"))
         if self._scene is not None:
             self._draw()
         self.pick.box.restyle()
@@ -288,13 +287,3 @@ class ViewPane(QWidget):
             self.pick.box.arrange()
             self.words.setGeometry(self.back.rect().adjusted(24, 24, -24, -24))
         return False
-
-
-def _tool(drawing: str, words: str, do: Callable[[], object]) -> QToolButton:
-    made = QToolButton()
-    made.setIcon(icons.icon(drawing, "text 2"))
-    made.setProperty("drawing", drawing)
-    made.setToolTip(words)
-    made.setAccessibleName(words)
-    made.clicked.connect(lambda: do())
-    return made

@@ -57,6 +57,7 @@ def tool(drawing: str, words: str, do: Callable[[], object]) -> QToolButton:
     """A small button with an icon."""
     made = QToolButton()
     made.setIcon(icons.icon(drawing, "text 2"))
+    made.setProperty("drawing", drawing)
     made.setToolTip(words)
     made.setAccessibleName(words)
     made.clicked.connect(lambda: do())
