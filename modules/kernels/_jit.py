@@ -1,10 +1,11 @@
 """The one door to numba: how kernels are compiled, and where the compiled code is kept.
 
-Kernels are compiled at first call, never at import, and cached in a folder named by a digest of *all* kernel sources:
-numba itself does not notice that a function called from another file has changed. Importing this file does not
-import numba; decorating a function does.
+Kernels are compiled at first call, never at import. Each kernel file has a folder of its own in the cache, named by a
+digest of the file and of the kernel files it imports: numba itself does not notice that a function called from another
+file has changed. Importing this file does not import numba; decorating a function does.
 """
 
+import ast
 import functools
 import hashlib
 import os
@@ -68,7 +69,7 @@ def vectorized(function: Function) -> Function:
 def _compiled(function: Function, **options: Any) -> Function:
     import numba
 
-    folder = None if "no_cpython_wrapper" in options else cache_folder()
+    folder = None if "no_cpython_wrapper" in options else _folder(function.__module__.rpartition(".")[2])
     if folder is None:
         compiled: Function = numba.njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
         return compiled
@@ -88,7 +89,7 @@ def cache_folder() -> Path | None:
 
     `NONIUS_CACHE` names another parent than the user's cache folder.
     """
-    name = f"kernels-{_digest()}"
+    name = f"kernels-{_machine()}"
     for parent in (_user_cache(), Path(tempfile.gettempdir()) / f"nonius-{_user()}"):
         folder = parent / name
         try:
@@ -101,15 +102,28 @@ def cache_folder() -> Path | None:
                 continue
         except OSError:
             continue
-        _forget_old(parent, keep=folder)
+        _forget_old(parent, "kernels-*", keep=folder)
+        _forget_old(folder, "*-*", keep=folder)
         return folder
     return None
 
 
+@functools.cache
+def _folder(name: str) -> Path | None:
+    """Where the compiled code of one kernel file is kept, made if need be."""
+    cache = cache_folder()
+    if cache is None:
+        return None
+    folder = cache / f"{name}-{_digest(name)}"
+    folder.mkdir(exist_ok=True, mode=0o700)
+    os.utime(folder)
+    return folder
+
+
 def is_warm(name: str = "") -> bool:
     """Whether all kernels of these sources, or those of one file, have been compiled and kept: none waits for the compiler."""
-    folder = cache_folder()
-    return folder is not None and any((folder / f"{each}{_MARKER}").exists() for each in ("", name))
+    cache = cache_folder()
+    return cache is not None and all(_marker(cache, each).exists() for each in ([name] if name else _names()))
 
 
 def warm(progress: Callable[[float, str], None] = lambda fraction, name: None, asked: list[str] | None = None) -> None:
@@ -124,38 +138,72 @@ def warm(progress: Callable[[float, str], None] = lambda fraction, name: None, a
     asked
         Names of files that are to come first; more may be put in while the work goes on.
     """
-    names = sorted(path.stem for path in _sources() if not path.stem.startswith("_"))
+    names = _names()
     left, wanted = list(names), [] if asked is None else asked
     while left:
         name = next((each for each in wanted if each in left), left[0])
         left.remove(name)
         progress(1.0 - (len(left) + 1) / len(names), name)
+        if is_warm(name):
+            continue
         warm_file = getattr(import_module(f"{__package__}.{name}"), "warm", None)
         if warm_file is not None:
             warm_file()
-        _mark(name)
+        folder = _folder(name)
+        if folder is not None:
+            (folder / _MARKER).touch()
     progress(1.0, "")
-    _mark("")
 
 
-def _mark(name: str) -> None:
-    folder = cache_folder()
-    if folder is not None:
-        (folder / f"{name}{_MARKER}").touch()
+def _marker(cache: Path, name: str) -> Path:
+    return cache / f"{name}-{_digest(name)}" / _MARKER
 
 
-def _sources() -> list[Path]:
-    return sorted(Path(__file__).parent.glob("*.py"))
+def _names() -> list[str]:
+    """The kernel files, in the order of their names."""
+    return sorted(path.stem for path in Path(__file__).parent.glob("*.py") if not path.stem.startswith("_"))
 
 
 @functools.cache
-def _digest() -> str:
-    """A name for all that the machine code depends on: sources, numba, interpreter, kind of processor."""
+def _machine() -> str:
+    """A name for what all machine code depends on: numba, interpreter, kind of processor, and how kernels are compiled."""
+    depends = f"{version('numba')} {version('llvmlite')} {sys.version} {platform.machine()}"
+    return hashlib.blake2b(depends.encode() + _source("_jit"), digest_size=10).hexdigest()
+
+
+@functools.cache
+def _digest(name: str) -> str:
+    """A name for the source of a kernel file and of all kernel files that it imports."""
     digest = hashlib.blake2b(digest_size=10)
-    for path in _sources():
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    digest.update(f"{version('numba')} {version('llvmlite')} {sys.version} {platform.machine()}".encode())
+    for each in sorted(_reached(name)):
+        digest.update(each.encode() + b"\0" + _source(each) + b"\0")
     return digest.hexdigest()
+
+
+def _reached(name: str) -> set[str]:
+    """The kernel file, and those it imports, and those they import, and so on."""
+    found, left = set(), [name]
+    while left:
+        each = left.pop()
+        if each not in found:
+            found.add(each)
+            left += _imported(each)
+    return found
+
+
+def _imported(name: str) -> set[str]:
+    """The kernel files that a kernel file imports by its own statements."""
+    found = set()
+    for statement in ast.walk(ast.parse(_source(name))):
+        if isinstance(statement, ast.ImportFrom) and statement.module == __package__:
+            found |= {each.name for each in statement.names}
+        elif isinstance(statement, ast.ImportFrom) and (statement.module or "").startswith(f"{__package__}."):
+            found.add((statement.module or "").rpartition(".")[2])
+    return found - {"_jit"}
+
+
+def _source(name: str) -> bytes:
+    return (Path(__file__).parent / f"{name}.py").read_bytes()
 
 
 def _user_cache() -> Path:
@@ -178,11 +226,11 @@ def _user() -> str:
     return str(os.getuid()) if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
 
 
-def _forget_old(parent: Path, keep: Path) -> None:
+def _forget_old(parent: Path, pattern: str, keep: Path) -> None:
     """Remove the folders of earlier sources that nobody has used for `KEEP_DAYS` days; a failure is of no interest."""
     oldest = time.time() - KEEP_DAYS * 86400
     try:
-        old = [path for path in parent.glob("kernels-*") if path != keep and path.stat().st_mtime < oldest]
+        old = [path for path in parent.glob(pattern) if path != keep and path.stat().st_mtime < oldest]
     except OSError:
         return
     for path in old:

@@ -14,9 +14,13 @@ from modules.kernels import _jit
 
 CHILD = """
 import pathlib, sys, time
+sys.path[:] = {path}
+from modules.kernels import _jit
 first, second = (sys.stdin.readline().strip() for _ in range(2))
 print("0.5 " + second, flush=True)
-(pathlib.Path({folder!r}) / (second + ".warm")).touch()
+marker = _jit._marker(pathlib.Path({folder!r}), second)
+marker.parent.mkdir()
+marker.touch()
 time.sleep(60)
 """
 
@@ -55,8 +59,8 @@ def test_the_window_itself_never_waits(cold: Warming) -> None:
     kernels.before_loading[0]("arcs")
 
 
-def test_nobody_waits_where_all_is_compiled(tmp_path: Path, cold: Warming, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / ".warm").touch()
+def test_nobody_waits_where_all_is_compiled(cold: Warming, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_jit, "is_warm", lambda name="": True)
     monkeypatch.setattr(kernels, "before_loading", [])
     second = Warming()
     assert kernels.before_loading == []

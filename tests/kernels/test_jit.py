@@ -1,5 +1,6 @@
 """Kernels load at first use, and what was compiled is kept in a folder of its own that no other sources share."""
 
+import ast
 import os
 import subprocess
 import sys
@@ -117,11 +118,28 @@ def test_folders_of_old_sources_go_after_a_month(tmp_path: Path, monkeypatch: py
     assert set(tmp_path.iterdir()) == {kept, recent, foreign}
 
 
-def test_every_source_file_is_in_the_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for path in _jit._sources():
+def test_a_change_renames_what_imports_the_file_and_nothing_else(tmp_path: Path) -> None:
+    """The folders of kernels are named by their own source and by those they call, near or far."""
+    code = """
+import sys
+from modules.kernels import _jit
+_jit.__file__ = sys.argv[1]
+print(*(_jit._digest(name) for name in ("bilinear", "crossings", "contour", "solid")))
+"""
+    for path in (ROOT / "modules" / "kernels").glob("*.py"):
         (tmp_path / path.name).write_bytes(path.read_bytes())
-    monkeypatch.setattr(_jit, "__file__", str(tmp_path / "_jit.py"))
-    before = _jit._digest.__wrapped__()
+    words = [sys.executable, "-c", code, str(tmp_path / "_jit.py")]
+    before = subprocess.run(words, cwd=ROOT, check=True, text=True, capture_output=True).stdout.split()
     with (tmp_path / "bilinear.py").open("a") as file:
         file.write("# changed\n")
-    assert _jit._digest.__wrapped__() != before
+    after = subprocess.run(words, cwd=ROOT, check=True, text=True, capture_output=True).stdout.split()
+    assert [one == other for one, other in zip(before, after, strict=True)] == [False, False, False, True]
+
+
+def test_kernel_files_import_each_other_by_statements_that_the_folders_names_see() -> None:
+    for path in (ROOT / "modules" / "kernels").glob("*.py"):
+        for statement in ast.walk(ast.parse(path.read_text())):
+            if isinstance(statement, ast.Import):
+                assert not any("kernels" in each.name for each in statement.names), path.name
+            elif isinstance(statement, ast.ImportFrom):
+                assert statement.level == 0, path.name
