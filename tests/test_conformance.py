@@ -28,10 +28,12 @@ ELSEWHERE: dict[str, str] = {
     "mappers.compare_traces.compare_traces": "tests/modules/test_compare_traces.py",
     "mappers.unsteady.unsteady": "tests/modules/test_unsteady.py",
     "modellers.state_accuracy.state_accuracy": "tests/modules/test_state_accuracy.py",
+    "modellers.triangulate.triangulate": "tests/modules/test_points.py",
     "readers.dataset.dataset": "tests/modules/test_readers.py",
     "readers.raw.raw": "tests/modules/test_readers_volumes.py",
     "readers.series.series": "tests/modules/test_series.py",
     "readers.shapes.shapes": "tests/modules/test_readers.py",
+    "readers.table.table": "tests/modules/test_points.py",
 }
 """Module -> where it is run, if it stands in no packaged network."""
 

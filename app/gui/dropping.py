@@ -78,7 +78,7 @@ def read(session: Session, file: Path, done: Callable[[], object]) -> None:
 
 def reader_of(session: Session, file: Path) -> tuple[Module, dict[str, Any]] | str:
     """The reader that takes a file with what it says of it; or why the one whose kind of file it is does not."""
-    why = ""
+    why, second = "", None  # second: takes the file, though its points lie on no lattice
     for record in session.catalogue.room("readers"):
         if record.peek is None:
             continue
@@ -87,11 +87,15 @@ def reader_of(session: Session, file: Path) -> tuple[Module, dict[str, Any]] | s
         except Exception as error:
             why = why or str(error)
             continue
-        if not facts.get("problem"):
+        problem = facts.get("problem")
+        if not problem and facts.get("lattice", True):
             return record, facts
-        if not facts.get("foreign"):
-            why = why or str(facts["problem"])
-    return why or f"no reader takes {'folders' if file.is_dir() else 'files'} that end in {file.suffix or 'nothing'!r}"
+        if not problem:
+            second = second or (record, facts)
+        elif not facts.get("foreign"):
+            why = why or str(problem)
+    kind = "folders" if file.is_dir() else "files"
+    return second or why or f"no reader takes {kind} that end in {file.suffix or 'nothing'!r}"
 
 
 def added(session: Session, file: Path, record: Module, facts: dict[str, Any]) -> tuple[Network, str]:
@@ -121,6 +125,8 @@ def _drawn(session: Session, network: Network, node: str, y: float, facts: dict[
             network = network.connect(source, output, name, port, catalogue)
         return network, name
 
+    if facts.get("scattered"):
+        network, node = put(network, "modellers.grid_points.grid_points", 0, 1, [(node, "points")])
     network, model = put(network, "modellers.interpolate.interpolate", 1, 0, [(node, "samples")])
     shape = facts.get("shape") or ()
     if len([n for n in shape if n > 1]) > 2:

@@ -46,7 +46,7 @@ def load(path: Path, name: str, stride: int) -> Raw:
     ------
     ReadError : with line and column, what is no number, or which row is too long
     """
-    words = _words(path, path.read_bytes())
+    words = split(path, path.read_bytes())
     if not words.rows:
         raise ReadError(f"{path.name!r} holds no line of numbers: is it the right file?")
     _equal(path, words)
@@ -61,16 +61,31 @@ def load(path: Path, name: str, stride: int) -> Raw:
 
 
 def peek(path: Path) -> dict[str, Any]:
-    """Names of the columns, from the first lines."""
+    """Names of the columns, and whether the first lines are points that lie on no lattice."""
     with path.open("rb") as file:
         start = file.read(1 << 16)
     cut = start.rfind(b"\n")
-    words = _words(path, start[:cut] if cut > 0 else start)
+    words = split(path, start[:cut] if cut > 0 else start)
     named = _roles(words.names)
-    return {"names": tuple(n for i, n in enumerate(words.names) if i not in named) if named else ("values",)}
+    names = tuple(n for i, n in enumerate(words.names) if i not in named) if named else ("values",)
+    return {"names": names, "lattice": not _scattered(words, named)}
 
 
-def _words(path: Path, data: bytes) -> Words:
+def _scattered(words: Words, named: tuple[int, int] | None) -> bool:
+    at = named or ((0, 1) if not words.settings and words.rows and len(words.rows[0]) == 3 else None)
+    if at is None or len(words.rows) < 4 or any(len(row) <= max(at) for row in words.rows):
+        return False
+    x, y = (len({row[i] for row in words.rows}) for i in at)
+    return x > 2 and y > 2 and len(words.rows) < 0.5 * x * y
+
+
+def split(path: Path, data: bytes) -> Words:
+    """The lines of a text as words, by whatever stands between them; comments and an ESRI header taken off.
+
+    Raises
+    ------
+    ReadError : no text, or a setting of the header that is no number
+    """
     text = _decoded(path, data)
     lines = [(i, line.strip()) for i, line in enumerate(text.splitlines(), 1)]
     lines = [(i, line) for i, line in lines if line and not line.startswith(("#", "%", "//"))]
@@ -85,7 +100,7 @@ def _words(path: Path, data: bytes) -> Words:
     if cut != "," and "," in signs and "." not in signs:
         rows = [[w.replace(",", ".") for w in row] for row in rows]
     names: tuple[str, ...] = ()
-    if rows and not any(_is_number(w) for w in rows[0] if w):
+    if rows and not any(is_number(w) for w in rows[0] if w):
         names = tuple(rows.pop(0))
         lines = lines[1:]
     return Words(rows, [i for i, _ in lines], names, settings)
@@ -101,7 +116,7 @@ def _decoded(path: Path, data: bytes) -> str:
 
 
 def _setting(path: Path, line: int, text: str, word: str) -> float:
-    if not _is_number(word):
+    if not is_number(word):
         raise ReadError(f"{path.name!r}, line {line}: {text!r} should end in a number")
     return float(word)
 
@@ -115,7 +130,8 @@ def _trailing(rows: list[list[str]], cut: str) -> bool:
     return bool(cut) and bool(rows) and all(not row[-1] for row in rows)
 
 
-def _is_number(word: str) -> bool:
+def is_number(word: str) -> bool:
+    """Whether a word is a number as people print it; Python's 1_000 is none."""
     try:
         float(word)
     except ValueError:
@@ -138,7 +154,7 @@ def _numbers(path: Path, words: Words) -> tuple[Floats, Floats]:
             values[i] = [float(w) for w in row]
         except ValueError:
             values[i] = [_number(path, words.lines[i], j, w) for j, w in enumerate(row, 1)]
-        halves[i] = [_half_digit(w) for w in row]
+        halves[i] = [half_digit(w) for w in row]
     halves = np.maximum(halves, np.spacing(np.abs(np.where(np.isfinite(values), values, 0))) / 2)
     return values, halves
 
@@ -146,12 +162,12 @@ def _numbers(path: Path, words: Words) -> tuple[Floats, Floats]:
 def _number(path: Path, line: int, column: int, word: str) -> float:
     if word.lower() in NOTHING:
         return float("nan")
-    if not _is_number(word):
+    if not is_number(word):
         raise ReadError(f"{path.name!r}, line {line}, column {column}: {word[:20]!r} is not a number")
     return float(word)
 
 
-def _half_digit(word: str) -> float:
+def half_digit(word: str) -> float:
     """Half a unit of the last printed digit: 0.05 for "1.5", 50 for "1.5e3"."""
     mantissa, _, exponent = word.lower().partition("e")
     _, _, decimals = mantissa.partition(".")
@@ -201,7 +217,7 @@ def _lattice(
     if len(place) < 0.5 * shape[0] * shape[1]:
         raise ReadError(
             f"the {len(place)} points of {path.name!r} do not fill a lattice ({shape[1]} different x, {shape[0]} different y): "
-            "they are scattered, and need interpolating to a lattice first"
+            "they are scattered: read them with 'Read points', then 'Grid points'"
         )
     fits(path, shape, stride)
     grid, half = np.full(shape, np.nan), np.zeros(shape)

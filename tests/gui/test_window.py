@@ -162,6 +162,17 @@ def test_what_a_file_states_of_its_errors_is_drawn(window: MainWindow, qtbot: An
     assert {"Altimeter, random noise", "Interpolation between samples", "Two chords a cell"} <= named
 
 
+def test_soundings_are_brought_to_a_grid(window: MainWindow, qtbot: Any) -> None:
+    """A table of scattered points: kriging, depth lines and where they may lie."""
+    window.take([Path(__file__).resolve().parents[2] / "networks" / "data" / "soundings.csv"])
+    qtbot.waitUntil(lambda: bool(window.session.network.nodes), timeout=10000)
+    session = window.session
+    (view,) = session.views()
+    qtbot.waitUntil(lambda: session.outputs(view) is not None, timeout=120000)
+    modules = {n.module for n in session.network.nodes.values()}
+    assert {"readers.points.points", "modellers.grid_points.grid_points", "accuracy_mappers.band.band"} <= modules
+
+
 def test_files_of_one_series_become_one_reader(window: MainWindow, tmp_path: Path, qtbot: Any) -> None:
     for i in range(3):
         np.save(tmp_path / f"h_{i}.npy", np.random.default_rng(i).normal(size=(9, 9)))
