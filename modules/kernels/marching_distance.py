@@ -42,14 +42,14 @@ def _cell_at(axis: Floats, t: float, near: int) -> int:
 
 
 @lean_inlined
-def _corners(values: Floats, nx: int, ny: int, i: int, j: int, k: int, f: Floats) -> None:
+def corners(values: Floats, nx: int, ny: int, i: int, j: int, k: int, f: Floats) -> None:
     node = (k * ny + j) * nx + i
     for c in range(8):
         f[c] = values[index(node + ((c & 1) * ny + ((c >> 1) & 1)) * nx + (c >> 2))]
 
 
 @lean_inlined
-def _least_in_cell(
+def least_in_cell(
     f: Floats, u0: float, u1: float, v0: float, v1: float, w0: float, w1: float, nx: float, ny: float, nz: float, d: Floats
 ) -> float:
     """The least n . grad F in a part of a cell, the normal given in steps of the cell."""
@@ -88,9 +88,9 @@ def _least_slope(
                 u0, u1 = (box[0] - x[p]) / hx if p == i0 else 0.0, (box[3] - x[p]) / hx if p == i1 else 1.0
                 v0, v1 = (box[1] - y[q]) / hy if q == j0 else 0.0, (box[4] - y[q]) / hy if q == j1 else 1.0
                 w0, w1 = (box[2] - z[r]) / hz if r == k0 else 0.0, (box[5] - z[r]) / hz if r == k1 else 1.0
-                _corners(values, x.size, y.size, p, q, r, f)
+                corners(values, x.size, y.size, p, q, r, f)
                 a, b, c = n[0] / hx, n[1] / hy, n[2] / hz
-                along = _least_in_cell(f, u0, u1, v0, v1, w0, w1, a, b, c, d)
+                along = least_in_cell(f, u0, u1, v0, v1, w0, w1, a, b, c, d)
                 along -= ROUNDING * size * (abs(a) + abs(b) + abs(c))
                 if not along >= least:
                     least = along
@@ -123,20 +123,20 @@ def _largest(f: Floats, level: float, u: Floats, g: Floats) -> float:
 
 
 @lean
-def _prove(
+def prove(
     values: Floats, level: float, x: Floats, y: Floats, z: Floats, i: int, j: int, k: int, p: Floats, n: Floats, size: float,
     room: Floats,
 ) -> float:
     """The proven distance of a triangle (3, 3) with unit normal n to the high side; infinite if there is none."""
     f, u, g, box, spare = room[0:8], room[8:17], room[17:48], room[48:54], room[54:74]
     hx, hy, hz = x[i + 1] - x[i], y[j + 1] - y[j], z[k + 1] - z[k]
-    _corners(values, x.size, y.size, i, j, k, f)
+    corners(values, x.size, y.size, i, j, k, f)
     for c in range(3):
         u[3 * c], u[3 * c + 1] = (p[3 * c] - x[i]) / hx, (p[3 * c + 1] - y[j]) / hy
         u[3 * c + 2] = (p[3 * c + 2] - z[k]) / hz
     largest = _largest(f, level, u, g) + ROUNDING * size
     a, b, c = (u[0] + u[3] + u[6]) / 3.0, (u[1] + u[4] + u[7]) / 3.0, (u[2] + u[5] + u[8]) / 3.0
-    steep = _least_in_cell(f, a, a, b, b, c, c, n[0] / hx, n[1] / hy, n[2] / hz, spare)
+    steep = least_in_cell(f, a, a, b, b, c, c, n[0] / hx, n[1] / hy, n[2] / hz, spare)
     if not steep > 0.0:
         return math.inf
     width = 1.25 * largest / steep
@@ -180,15 +180,15 @@ def _measure(
             for a in range(cuts):
                 for b in range(2 * (cuts - a) - 1):
                     if worst < math.inf:
-                        _piece(p, part, cuts, a, b)
-                        worst = max(worst, _prove(values, level, x, y, z, i, j, k, part, n, size, rest))
+                        piece(p, part, cuts, a, b)
+                        worst = max(worst, prove(values, level, x, y, z, i, j, k, part, n, size, rest))
             if worst < math.inf:
                 reach[m] = worst
                 break
 
 
 @lean_inlined
-def _piece(p: Floats, part: Floats, cuts: int, a: int, b: int) -> None:
+def piece(p: Floats, part: Floats, cuts: int, a: int, b: int) -> None:
     """The b-th piece of the a-th strip of a triangle cut in cuts^2."""
     s, up = b // 2, b % 2
     for axis in range(3):
@@ -211,7 +211,7 @@ def _slopes(
             before = origin[m]
             i, row = before % (x.size - 1), before // (x.size - 1)
             j, k = row % (y.size - 1), row // (y.size - 1)
-            _corners(values, x.size, y.size, i, j, k, f)
+            corners(values, x.size, y.size, i, j, k, f)
         hx, hy, hz = x[i + 1] - x[i], y[j + 1] - y[j], z[k + 1] - z[k]
         for c in range(3):
             n = index(triangle[m, c])
@@ -249,7 +249,7 @@ def distances(
     values, x, y, z = (np.ascontiguousarray(array, np.float64).reshape(-1) for array in (values, x, y, z))
     if shape != (z.size, y.size, x.size):
         raise ValueError(f"values of shape {shape} do not fit {z.size} x {y.size} x {x.size} coordinates")
-    size = _size(values) + abs(level)
+    size = largest_of(values) + abs(level)
     reach, slope = np.empty(len(triangles)), np.full(len(points), math.inf)
     ids, origin = (np.ascontiguousarray(array, np.int64) for array in (triangles, cell))
     at = np.ascontiguousarray(points, np.float64)
@@ -269,7 +269,7 @@ def distances(
     return reach * (1.0 + ROUNDING) + ROUNDING * place, slope
 
 
-def _size(values: Floats) -> float:
+def largest_of(values: Floats) -> float:
     """The largest finite |value|."""
     with np.errstate(invalid="ignore"):
         low, high = float(np.min(values)), float(np.max(values))
