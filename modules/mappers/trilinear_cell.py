@@ -19,8 +19,6 @@ from modules.api import (
     Model,
     NamedTuple,
     Range,
-    Rectilinear,
-    Regular,
     Source,
     Table,
     Term,
@@ -28,6 +26,7 @@ from modules.api import (
     mapper,
 )
 from modules.mappers import _cell
+from modules.mappers._trilinear import cell_of, lattice, loops, told_apart
 
 Floats = NDArray[np.float64]
 
@@ -103,11 +102,11 @@ def trilinear_cell(
         estimated. Errors of the model end here.
     Source: Lopes 1999, 4.2.1 and 4.2.2 (figures 4.5 to 4.34), misprints put right.
     """
-    f, low, size = _cell_of(model, (column, row, layer))
+    f, low, size = cell_of(model, (column, row, layer))
     f = f - level
     draw = _Drawing(model, low, size)
-    mesh = kernels.marching.surface(_lattice(f), *[np.arange(2.0)] * 3, 0.0)
-    kinds = _told_apart(mesh.points, f)
+    mesh = kernels.marching.surface(lattice(f), *[np.arange(2.0)] * 3, 0.0)
+    kinds = told_apart(mesh.points, f)
     corner = np.array([[c >> 2, c >> 1 & 1, c & 1] for c in range(8)], float)
     saddle = kernels.trilinear.body_saddles(f[None])[0]
     saddle = saddle[kernels.trilinear.inside(saddle)]
@@ -118,7 +117,7 @@ def trilinear_cell(
     cuts = (np.arange(slices) + 0.5) / max(slices, 1)
     return SolidParts(
         outline=draw.lines([corner[list(pair)] for pair in kernels.marching_cases.EDGE_ENDS.tolist()], "cell"),
-        polygons=draw.lines(_polygons(mesh.points, mesh.triangles), "topological polygons"),
+        polygons=draw.lines([mesh.points[loop] for loop in loops(mesh.triangles)], "topological polygons"),
         slices=draw.lines(_slices(f, AXES.index(across), cuts), f"contours of slices across {across}", True),
         hexagon=draw.lines([np.vstack([six, six[:1]])] if len(six) else [], "inflection points in cyclic order"),
         lines=draw.lines(_straight(six), "straight lines of the surface"),
@@ -137,54 +136,6 @@ def trilinear_cell(
         corners=draw.named(corner, f + level, level),
         table=_table(draw, f, mesh.points, kinds),
     )
-
-
-def _cell_of(model: Model, at: tuple[int, int, int]) -> tuple[Floats, Floats, Floats]:
-    """(8,) corner values 000, 001, ..., lower corner and size of a cell."""
-    grid = model.grid
-    if grid.dimensions != 3 or not isinstance(grid, Regular | Rectilinear) or model.samples.components != 1:
-        raise ValueError("a trilinear cell is one of a regular or rectilinear grid of space with one value a sample")
-    if model.law.name != "linear":
-        raise ValueError(f"the law between samples is {model.law.name}: choose law 'linear' in interpolate")
-    if not all(0 <= n < len(axis) - 1 for n, axis in zip(at, grid.axes, strict=True)):
-        shape = " x ".join(str(len(axis) - 1) for axis in grid.axes)
-        raise ValueError(f"there is no cell {at[0]}, {at[1]}, {at[2]}: the model has {shape} cells")
-    i, j, k = at
-    corner = np.asarray(model.samples.values, float)[k : k + 2, j : j + 2, i : i + 2].transpose(2, 1, 0).ravel()
-    if not np.isfinite(corner).all():
-        raise ValueError("a cell with a hole at a corner has no surface: choose another cell")
-    low = np.array([axis[n] for n, axis in zip(at, grid.axes, strict=True)])
-    return corner, low, np.array([axis[n + 1] - axis[n] for n, axis in zip(at, grid.axes, strict=True)])
-
-
-def _lattice(f: Floats) -> Floats:
-    return np.ascontiguousarray(f.reshape(2, 2, 2).transpose(2, 1, 0))
-
-
-def _told_apart(points: Floats, f: Floats) -> NDArray[np.int64]:
-    """Of each vertex of the patch: 0 a crossing, 1 to 3 a face shoulder or inflection point of x, y, z, 4 a bi-shoulder."""
-    flat = (points == 0) | (points == 1)
-    kind = np.where(flat.sum(axis=1) >= 2, 0, np.where(flat.any(axis=1), 1 + flat.argmax(axis=1), 4))
-    bend = kernels.trilinear.inflections(f[None])[0]
-    for n in np.flatnonzero(kind == 4):
-        away = np.nan_to_num(np.abs(bend - points[n]).max(axis=2), nan=np.inf).min(axis=1)
-        if away.min() < 1e-7:
-            kind[n] = 1 + away.argmin()
-    return np.asarray(kind, np.int64)
-
-
-def _polygons(points: Floats, triangles: NDArray[np.int64]) -> list[Floats]:
-    """The closed curves of edges with one triangle."""
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    there = {(int(a), int(b)) for a, b in ends}
-    after = {a: b for a, b in there if (b, a) not in there}
-    found = []
-    while after:
-        line = [next(iter(after))]
-        while line[-1] in after:
-            line.append(after.pop(line[-1]))
-        found.append(points[line])
-    return found
 
 
 def _face(f: Floats, axis: int, t: float) -> Floats:
@@ -272,7 +223,7 @@ class _Drawing:
     def surface(self, f: Floats, name: str) -> Geometry:
         """The surface on which a trilinear polynomial is 0, in many pieces."""
         axis = np.arange(2.0)
-        points, triangles, _ = kernels.cubes.subdivided(_lattice(f), axis, axis, axis, 0.0, SLOPES)
+        points, triangles, _ = kernels.cubes.subdivided(lattice(f), axis, axis, axis, 0.0, SLOPES)
         off = np.full(len(points), float(np.linalg.norm(self.size)) / SLOPES**2)
         return self._made(points, name, off, polygons=Cells.of(triangles))
 

@@ -12,7 +12,9 @@ from app.engine.catalogue import Catalogue
 from app.engine.errors import NetworkError
 from app.engine.paths import identities
 
-NETWORKS = sorted((Path(__file__).resolve().parents[2] / "networks").glob("*.json"))
+HERE = Path(__file__).resolve().parent
+NETWORKS = [*sorted((HERE.parents[1] / "networks").glob("*.json")), *sorted(HERE.glob("*.json"))]
+"""Those that everyone gets, and those whose data come with packages that only tests need."""
 each_network = pytest.mark.parametrize("path", NETWORKS, ids=lambda path: path.stem)
 
 
