@@ -2,7 +2,9 @@
 
 Rules
 -----
-- A node or a face's saddle *exactly on the level counts as above* it: the surface is the limit of those just below.
+- A node or a face's saddle *exactly on the level counts as above* it: the surface is the limit of those just below. Where
+  that decides how a cell with several polygons is filled, the surface *is* the one `BELOW` below: sheets that only touch
+  in the limit are then apart, or joined, as they are there.
 - Faces are joined by the asymptotic decider (exact, without a division); tunnels by the inflection points.
 - The right-handed normal of a triangle points to the *low* side. Edges of triangles have two triangles, or one on the
   border of the grid or of a hole (cells with a corner that is not finite).
@@ -28,6 +30,9 @@ from modules.kernels.marching_write import room_to_work, write
 LAYERS_A_SLAB = 8
 """Each slab looks once more at the last layer of the one before."""
 
+BELOW = 2.0**-40
+"""Of the largest |value - level| of the cells where the level meets a node or saddle: as far the level is lowered for them."""
+
 MOST_POINTS = 2**31 - 1
 
 Slabs = Callable[[Callable[[int], Any], Iterable[int]], list[Any]]
@@ -52,6 +57,7 @@ class Found(NamedTuple):
     counts : (layers, 4) what each layer holds
     joined, patch_count, inner, patch : of the cells that need more thought
     tunnels : cells with a tunnel
+    tied : the least size of a cell where the level meets a node or a saddle; infinite if there is none
     """
 
     active: Integers
@@ -62,6 +68,7 @@ class Found(NamedTuple):
     inner: Floats
     patch: Bytes
     tunnels: int
+    tied: float
 
 
 class Blocks(NamedTuple):
@@ -86,12 +93,15 @@ class Surface:
         Cells through which the surface has a tunnel.
     special : int
         Cells of more than one polygon or with an ambiguous face.
+    level : float
+        That was drawn: the one asked for, or a little less where the surface would touch itself.
     """
 
     points: Floats
     triangles: Integers
     tunnels: int
     special: int
+    level: float
     shape: tuple[int, int, int]
     found: tuple[Found, ...]
 
@@ -155,22 +165,33 @@ def surface(
         If the shapes do not fit, the grid has no cell, a coordinate is not ascending, or the level is not finite.
 
     Accuracy: topology of the trilinear interpolant, exact for the given floats at faces and nodes; vertices lie on the
-    surface to rounding, or within 2^-24 of a cell where it passes a node nearer than that.
+    surface to rounding, or within 2^-24 of a cell where it passes a node nearer than that. Where it touches itself, the
+    level is lowered by 2^-40 of the values there.
     Source: thesis section 4.2.
     """
     nz, ny, nx = np.shape(values)
     grid = _at_the_door(values, x, y, z, level)
     each = slabs or (lambda function, numbers: [function(n) for n in numbers])
     starts, table = range(0, nz - 1, LAYERS_A_SLAB), tables()
-    busy = _busy(index, float(level), (nz, ny, nx))
-    found = each(lambda k: _find(grid, table, busy, float(level), k, min(k + LAYERS_A_SLAB, nz - 1)), starts)
+
+
+    def first_pass(level: float) -> list[Found]:
+        busy = _busy(index, level, (nz, ny, nx))
+        return each(lambda k: _find(grid, table, busy, level, k, min(k + LAYERS_A_SLAB, nz - 1)), starts)
+
+    level = float(level)
+    found = first_pass(level)
+    tied = min(part.tied for part in found)
+    if tied < math.inf:
+        level -= max(BELOW * tied, 2.0 * math.ulp(level))
+        found = first_pass(level)
     base, sizes = _bases(np.concatenate([part.counts for part in found]))
     if sizes[0] > MOST_POINTS:
         raise ValueError(f"the surface has {sizes[0]} points, more than {MOST_POINTS}: draw a part of the grid at a time")
     points, triangles = np.empty((sizes[0], 3)), np.empty((sizes[1], 3), np.int64)
-    each(lambda k: _write(grid, table, float(level), k, base, found, points, triangles), starts)
+    each(lambda k: _write(grid, table, level, k, base, found, points, triangles), starts)
     special = sum(len(part.joined) for part in found)
-    return Surface(points, triangles, sum(part.tunnels for part in found), special, (nz, ny, nx), tuple(found))
+    return Surface(points, triangles, sum(part.tunnels for part in found), special, level, (nz, ny, nx), tuple(found))
 
 
 def _at_the_door(values: Floats, x: Floats, y: Floats, z: Floats, level: float) -> Grid:
@@ -221,15 +242,16 @@ def _find(grid: Grid, table: Tables, busy: tuple[Bytes, Bytes], level: float, fi
     strange = int(counts[:, SPECIAL].sum())
     nodes, joined, patch_count = special[:strange], np.empty(strange, np.int64), np.empty((strange, 2), np.int64)
     inner, patch, tunnels = np.empty(24 * strange), np.empty(144 * strange, np.uint8), np.zeros(1, np.int64)
+    tied = np.full(1, math.inf)
     if strange:
         patches(
             grid.values, nx, ny, level, nodes, new_cell(), *all_polygons(), joined, patch_count.reshape(-1), inner, patch,
-            tunnels,
+            tunnels, tied,
         )  # fmt: skip
         layer = nodes // (nx * ny) - first
         np.add.at(counts[:, REST], layer, patch_count[:, 0])
         np.add.at(counts[:, TRIANGLES], layer, patch_count[:, 1])
-    return Found(active[:n], rows, counts, joined, patch_count.reshape(-1), inner, patch, int(tunnels[0]))
+    return Found(active[:n], rows, counts, joined, patch_count.reshape(-1), inner, patch, int(tunnels[0]), float(tied[0]))
 
 
 def _bases(counts: Integers) -> tuple[Integers, tuple[int, int]]:
@@ -267,7 +289,7 @@ def _mend(grid: Grid, level: float, failed: Integers, points: Floats) -> None:
     nodes, counts, inner = np.ascontiguousarray(failed[:, 1]), np.empty(2 * n, np.int64), np.empty(24 * n)
     patches(
         grid.values, nx, ny, level, nodes, new_cell(), *all_polygons(), np.empty(n, np.int64), counts, inner,
-        np.empty(144 * n, np.uint8), np.zeros(1, np.int64),
+        np.empty(144 * n, np.uint8), np.zeros(1, np.int64), np.full(1, math.inf),
     )  # fmt: skip
     at = inner[: 3 * n].reshape(n, 3)
     for axis, (coordinates, step) in enumerate(((grid.x, 1), (grid.y, nx), (grid.z, nx * ny))):

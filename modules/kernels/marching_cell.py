@@ -23,27 +23,35 @@ from modules.kernels.marching_cases import (
     take_polygons,
 )
 from modules.kernels.marching_inner import inner_point
-from modules.kernels.marching_points import hexagon, inflections, keep_inside, place_crossing, place_shoulder
+from modules.kernels.marching_points import (
+    has_double_inflection,
+    hexagon,
+    inflections,
+    keep_inside,
+    place_crossing,
+    place_shoulder,
+)
 from modules.kernels.marching_tunnels import fan, hexagon_patch, loop_back_patch
 
 
 @jit
-def joined_faces(corner: Floats, level: float, code: int, faces: int) -> int:
-    """Bits of the ambiguous faces whose corners 0 and 2 are joined; a saddle on the level counts as above.
+def joined_faces(corner: Floats, level: float, code: int, faces: int) -> tuple[int, bool]:
+    """Bits of the ambiguous faces whose corners 0 and 2 are joined, and whether a saddle is on the level: it is above.
 
     Parameters
     ----------
     corner : (8,) values as they were given
     faces : bits of the ambiguous faces
     """
-    joined = 0
+    joined, tied = 0, False
     for face in range(6):
         if (faces >> face) & 1:
             c0, c1, c2, c3 = FACE_CORNERS[face]
             det = determinant(corner[c0], corner[c1], corner[c3], corner[c2], level)
             if det > 0.0 or (det == 0.0 and (code >> c0) & 1):
                 joined |= 1 << face
-    return joined
+            tied |= det == 0.0
+    return joined, tied
 
 
 @lean_part
@@ -75,7 +83,7 @@ def patch(cell: Cell, number: int) -> int:
 def patches(
     values: Floats, nx: int, ny: int, level: float, nodes: Integers, cell: Cell,
     row: npt.NDArray[np.int16], shape: npt.NDArray[np.int8], ambiguous: Bytes, joined: Integers, counts: Integers,
-    inner: Floats, triangle: Bytes, tunnels: Integers,
+    inner: Floats, triangle: Bytes, tunnels: Integers, tied: Floats,
 ) -> None:
     """The patches of some cells, each known by its first node.
 
@@ -86,15 +94,20 @@ def patches(
     counts : (n, 2) gets the number of inner points and of triangles
     inner, triangle : get the places of the inner points and the vertices of the triangles, cell after cell
     tunnels : its item is raised for each tunnel
+    tied : its item is lowered to the largest |value - level| of each cell where the level meets a corner, a saddle of a
+        face or a double inflection point exactly
     """
     corner, points, corners = cell.given, 0, 0
     for n in range(len(nodes)):
-        code = int64(0)
+        code, size, tie = int64(0), 0.0, False
         for c in range(8):
             corner[c] = values[nodes[n] + ((c & 1) * ny + ((c >> 1) & 1)) * nx + (c >> 2)]
             cell.value[c] = corner[c] - level
             code |= (corner[c] >= level) << c
-        joined[n] = joined_faces(corner, level, code, int64(ambiguous[code]))
+            size, tie = max(size, abs(cell.value[c])), tie or corner[c] == level
+        joined[n], saddle = joined_faces(corner, level, code, int64(ambiguous[code]))
+        if size < tied[0] and (tie or saddle or has_double_inflection(cell.value)):
+            tied[0] = size
         met = patch(cell, take_polygons(cell, shape[row[64 * code + joined[n]]]))
         tunnels[0] += met != 0 and cell.count[1] > 0 and (met & (met - 1)) != 0
         counts[2 * n], counts[2 * n + 1] = cell.count[0], cell.count[1]

@@ -22,6 +22,9 @@ OFF_FACES = 2.0**-28
 ON_SURFACE = 1e-9
 """Of the largest corner value: a larger |F| at an inflection point says that it is a spurious root on a constant face."""
 
+DOUBLE = 1e-13
+"""Of the numbers involved: a discriminant as small may be 0 but for rounding."""
+
 HEXAGON = np.array([[2, 0, 0, 0], [1, 1, 0, 0], [0, 1, 0, 1], [2, 1, 1, 1], [1, 0, 1, 1], [0, 0, 1, 0]])
 """The six inflection points in cyclic order: their axis, and which of the two x, y, z of the axis-2 points they have."""
 
@@ -141,6 +144,34 @@ def _ratio(above: float, below: float, other_above: float, other_below: float) -
 
 
 @lean_part
+def _along(
+    axis: int, b: float, c: float, d: float, e: float, xz: float, xy: float
+) -> tuple[float, float, float, float, float, float]:
+    """k, p, m, q, n, r: along the axis F = (a + k s) + (p + m s) P + (q + n s) Q + (r + xyz s) P Q."""
+    if axis == 2:
+        return b, e, xz, c, d, xy
+    if axis == 1:
+        return c, e, xy, b, d, xz
+    return e, c, xy, b, xz, d
+
+
+@lean_part
+def has_double_inflection(f: Floats) -> bool:
+    """Whether two inflection points fall together, to rounding, as they do where a tunnel opens."""
+    size = 0.0
+    for corner in range(8):
+        size = max(size, abs(f[corner]))
+    a, b, c, d, e, xz, xy, xyz = coefficients(f, size)
+    for axis in range(3):
+        k, p, m, q, n, r = _along(axis, b, c, d, e, xz, xy)
+        square, half, rest = m * n - k * xyz, p * n + m * q - k * r - a * xyz, p * q - a * r
+        whole = half * half + abs(4.0 * square * rest)
+        if abs(square) > DOUBLE and abs(half * half - 4.0 * square * rest) <= DOUBLE * whole:
+            return True
+    return False
+
+
+@lean_part
 def inflections(f: Floats, bend: Floats) -> int:
     """The inflection points inside the cell, two places an axis, nan where there is none; their number.
 
@@ -152,13 +183,7 @@ def inflections(f: Floats, bend: Floats) -> int:
     a, b, c, d, e, xz, xy, xyz = coefficients(f, size)
     found = 0
     for axis in range(3):
-        # along the axis: F = (a + k s) + (p + m s) P + (q + n s) Q + (r + xyz s) P Q
-        if axis == 2:
-            k, p, m, q, n, r = b, e, xz, c, d, xy
-        elif axis == 1:
-            k, p, m, q, n, r = c, e, xy, b, d, xz
-        else:
-            k, p, m, q, n, r = e, c, xy, b, xz, d
+        k, p, m, q, n, r = _along(axis, b, c, d, e, xz, xy)
         number, low, high = roots(m * n - k * xyz, p * n + m * q - k * r - a * xyz, p * q - a * r)
         for i in range(2):
             at = bend[2 * axis + i]

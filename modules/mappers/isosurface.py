@@ -125,8 +125,8 @@ def _volume(model: Model) -> tuple[Floats, tuple[Floats, Floats, Floats], str]:
 def _accurate(
     model: Model, values: Floats, axes: tuple[Floats, Floats, Floats], level: float, progress: Progress
 ) -> tuple[Floats, Ints, Ints]:
-    """Points, triangles and their cells, in two passes; blocks of samples that the level does not cross are passed by."""
-    passes = iter((progress.part(0.0, 0.2), progress.part(0.2, 0.7)))
+    """Points, triangles and their cells, in two or three passes; blocks that the level does not cross are passed by."""
+    passes = iter((progress.part(0.0, 0.2), progress.part(0.2, 0.4), progress.part(0.4, 0.7)))
     drawn = kernels.marching.surface(
         values, *axes, level, slabs=lambda function, numbers: next(passes).map(function, numbers),
         index=memo(model, "blocks of the isosurface", lambda: kernels.marching.blocks(values)),

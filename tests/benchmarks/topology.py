@@ -35,14 +35,14 @@ def axes_of(values: Floats) -> tuple[Floats, Floats, Floats]:
     return x, y, z
 
 
-def method(name: str) -> Callable[[Floats, float], Mesh]:
-    """A method by name: (values, level) -> points, triangles, cells."""
+def method(name: str) -> Callable[[Floats, float], tuple[Mesh, float]]:
+    """A method by name: (values, level) -> points, triangles, cells; and the level it has drawn."""
 
-    def mesh(values: Floats, level: float) -> Mesh:
+    def mesh(values: Floats, level: float) -> tuple[Mesh, float]:
         if name == "accurate":
             drawn = marching.surface(values, *axes_of(values), level)
-            return drawn.points, drawn.triangles, drawn.cell
-        return draw(name, values, axes_of(values), level, 2, Progress())
+            return (drawn.points, drawn.triangles, drawn.cell), drawn.level
+        return draw(name, values, axes_of(values), level, 2, Progress()), level
 
     return mesh
 
@@ -65,8 +65,9 @@ def random_grids(name: str, kind: str, count: int, seed: int) -> None:
     mesh, bad, faults, tunnels, cells = method(name), 0, Counter[str](), 0, 0
     start = time.perf_counter()
     for values in topology.grids(kind, count, seed):
-        found = mesh(values, 0.0)
-        verdict = topology.judged(values, axes_of(values), 0.0, found, ties=kind == "ties")
+        found, level = mesh(values, 0.0)
+        tied = bool((values == level).any())
+        verdict = topology.judged(values, axes_of(values), level, found, ties=tied)
         seen = kind != "ties" and verdict.right and verdict.finest <= 8  # thinner parts the whole would not show
         if seen and not is_whole(values, 0.0, found):
             verdict.wrong["another whole"] = 1
@@ -99,8 +100,9 @@ def real(name: str) -> None:
     for title, values, levels in volumes():
         for level in levels:
             start = time.perf_counter()
-            points, triangles, _ = found = mesh(values, level)
-            verdict = topology.judged(values, axes_of(values), level, found, ties=bool((values == level).any()))
+            (points, triangles, _), drawn = found = mesh(values, level)
+            tied = bool((values == drawn).any())
+            verdict = topology.judged(values, axes_of(values), drawn, found[0], ties=tied)
             n = len(points)
             shape = f"{topology.components(n, triangles)} pieces, Euler {topology.euler(n, triangles)}"
             shape += f", {topology.boundary_loops(n, triangles)} loops"
