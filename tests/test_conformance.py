@@ -27,6 +27,7 @@ NAMES_A_SOURCE = ("modellers", "mappers", "accuracy_mappers")
 ELSEWHERE: dict[str, str] = {
     "mappers.compare_traces.compare_traces": "tests/modules/test_compare_traces.py",
     "mappers.unsteady.unsteady": "tests/modules/test_unsteady.py",
+    "modellers.calculator.calculator": "tests/modules/test_calculator.py",
     "modellers.state_accuracy.state_accuracy": "tests/modules/test_state_accuracy.py",
     "modellers.triangulate.triangulate": "tests/modules/test_points.py",
     "readers.dataset.dataset": "tests/modules/test_readers.py",

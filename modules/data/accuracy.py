@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from modules.data.fold import Check
-from modules.data.operators import Floats, Ints, Operator, Sum
+from modules.data.operators import Floats, Identity, Ints, Operator, Sum, scaling
 from modules.data.terms import (
     SIGNS,
     Carrier,
@@ -294,7 +294,24 @@ def _merged(ways: list[Term]) -> Term:
     first = ways[0]
     if any(w.unit != first.unit or w.kind != first.kind for w in ways):
         raise ValueError(f"the source {first.name!r} arrives in different units or kinds: convert before joining")
-    return replace(first, operator=Sum(tuple(w.operator for w in ways)))
+    if all(w.value is first.value or np.array_equal(w.value, first.value) for w in ways[1:]):
+        return replace(first, operator=Sum(tuple(w.operator for w in ways)))
+    return _summed(ways)
+
+
+def _summed(ways: list[Term]) -> Term:
+    """One source that arrives with other numbers on another way, as after a step that is not linear: effects add."""
+    first = ways[0]
+    if first.kind == "members":
+        value = np.stack([sum(w.operator.apply(w.value[k]) for w in ways) for k in range(len(first.value))])
+        return replace(first, value=value, operator=Identity(value.shape[1]))
+    if first.kind in ("signed", "metric"):
+        value = np.asarray(sum(w.operator.apply(np.broadcast_to(w.value, (w.operator.shape[1],))) for w in ways))
+        return replace(first, value=value, operator=Identity(len(value)))
+    if len({w.operator.shape[1] for w in ways}) > 1:
+        raise ValueError(f"the source {first.name!r} arrives with other primitives on another way: end it on one of them")
+    scaled = (w.operator.after(scaling(np.broadcast_to(w.value, (w.operator.shape[1],)))) for w in ways)
+    return replace(first, value=np.asarray(1.0), operator=Sum(tuple(scaled)))
 
 
 def _unique(missing: Iterable[Missing]) -> tuple[Missing, ...]:

@@ -82,6 +82,7 @@ PREFIXES: Mapping[str, float] = {
     "da": 1e1, "y": 1e-24, "z": 1e-21, "a": 1e-18, "f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "μ": 1e-6, "u": 1e-6,
     "m": 1e-3, "c": 1e-2, "d": 1e-1, "h": 1e2, "k": 1e3, "M": 1e6, "G": 1e9, "T": 1e12, "P": 1e15, "E": 1e18,
 }  # fmt: skip
+PURE = ("", "1", "none", "-", "unitless", "dimensionless")
 RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
 TOKEN = re.compile(
     r"\s*(?P<over>/|\bper\b)|\s*(?P<times>[*·×.](?![*])|\s)"
@@ -99,7 +100,7 @@ def parse(text: str) -> Unit:
     UnitError : a word that is no unit
     """
     rest = re.sub(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺]+", lambda m: m.group().translate(RAISED), text.strip())
-    if rest.lower() in ("", "1", "none", "-", "unitless", "dimensionless"):
+    if rest.lower() in PURE:
         return Unit()
     whole, sign, place, words = Unit(), 1, 0, 0
     alone: Unit | None = None
@@ -180,3 +181,66 @@ def linear(unit: str, into: str) -> tuple[float, float]:
     if scale == 1.0 and unit.strip() == into.strip():
         return 1.0, 0.0
     return scale, (parse(unit).offset - parse(into).offset) / parse(into).factor
+
+
+LIFTED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+
+
+def product(one: str, other: str, power: int = 1) -> str:
+    """The text of one unit times another one to a power: "m" and "s" to -1 are "m/s"; equal words are drawn together.
+
+    Words that are no known units are kept as they are.
+    """
+    powers: dict[str, int] = {}
+    for text, times in ((one, 1), (other, power)):
+        for name, own in _factors(text):
+            powers[name] = powers.get(name, 0) + times * own
+    return _written(powers)
+
+
+def root(text: str) -> str:
+    """The text of the square root of a unit.
+
+    Raises
+    ------
+    UnitError : the root of m has no unit
+    """
+    factors: dict[str, int] = {}
+    for name, own in _factors(text):
+        factors[name] = factors.get(name, 0) + own
+    if any(own % 2 for own in factors.values()):
+        raise UnitError(f"a square root of {text} has no unit")
+    return _written({name: own // 2 for name, own in factors.items()})
+
+
+def _factors(text: str) -> list[tuple[str, int]]:
+    """Words of a unit and their powers; a text that is not read so is one word."""
+    rest = re.sub(r"[⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺]+", lambda m: m.group().translate(RAISED), text.strip())
+    if rest.lower() in PURE:
+        return []
+    found: list[tuple[str, int]] = []
+    sign, place = 1, 0
+    while place < len(rest):
+        token = TOKEN.match(rest, place)
+        if token is None:
+            return [(text.strip(), 1)]
+        place = token.end()
+        if token["over"]:
+            sign = -1
+        elif token["number"]:
+            if float(token["number"]) != 1:
+                found.append((token["number"], sign * int(token["ten"] or 1)))
+            sign = 1
+        elif token["name"]:
+            found.append((token["name"], sign * int(token["power"] or 1)))
+            sign = 1
+    return found
+
+
+def _written(powers: Mapping[str, int]) -> str:
+    def word(name: str, power: int) -> str:
+        return name if power == 1 else f"{name}^{power}" if name[-1].isdigit() else name + str(power).translate(LIFTED)
+
+    top = " ".join(word(name, power) for name, power in powers.items() if power > 0)
+    below = "".join("/" + word(name, -power) for name, power in powers.items() if power < 0)
+    return f"{top or '1'}{below}" if top or below else ""

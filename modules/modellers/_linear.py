@@ -10,6 +10,7 @@ import numpy as np
 from modules.api import Accuracy, Flag, Grid, Identity, Missing, Operator, Rectilinear, Regular, Samples, Source, Sum, Term
 from modules.data.grid import Axial
 from modules.data.operators import Floats
+from modules.data.units import product
 from modules.data.wires import TOO_FEW
 
 GLANCE = 300
@@ -56,12 +57,7 @@ def dimension(grid: Grid, axis: int) -> int:
 
 def per(unit: str, lengths: str, power: int = 1) -> str:
     """The unit of a derivative: m per km is m/km, m/s per m is 1/s."""
-    if not lengths:
-        return unit
-    for _ in range(power):
-        top, _, bottom = (unit or "1").partition("/")
-        unit = (f"1/{bottom}" if bottom else "") if top == lengths else f"{unit or '1'}/{lengths}"
-    return unit
+    return product(unit, lengths, -power)
 
 
 def incoming(samples: Samples) -> Accuracy:

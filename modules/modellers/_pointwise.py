@@ -31,12 +31,12 @@ def pointwise(samples: Samples, function: Pointwise, *, unit: str | None = None,
     numbers = samples.values.astype(np.float64, copy=False).reshape(n, c)
     values, slopes = np.empty(n), np.empty((n, c))
     wrong = np.zeros(n, bool)
-    reach = _reach(samples)
+    reach = reach_of(samples)
     for first in range(0, n, BLOCK):
         part = slice(first, first + BLOCK)
         values[part], slopes[part] = function(numbers[part])
         if reach.any():
-            wrong[part] = _bent(function, numbers[part], values[part], slopes[part], reach)
+            wrong[part] = bent(function, numbers[part], values[part], slopes[part], reach)
     known = np.asarray(np.isfinite(slopes).all(axis=1))
     lost = ~known & np.isfinite(numbers).all(axis=1)
     index: Ints = np.arange(n * c, dtype=np.int64).reshape(n, c)
@@ -57,8 +57,8 @@ def pointwise(samples: Samples, function: Pointwise, *, unit: str | None = None,
     )
 
 
-def _reach(samples: Samples) -> Floats:
-    """(c,) how far errors may move each number: bounds, and two deviations; the largest of some samples."""
+def reach_of(samples: Samples, *, bounded: bool = True) -> Floats:
+    """(c,) how far errors may move each number: bounds (or without), and two deviations; the largest of some samples."""
     count, c = samples.grid.count, samples.components
     looked = np.unique(np.random.default_rng(0).integers(0, count, GLANCE)) if count > GLANCE else np.arange(count)
     bounds, variance = np.zeros(c), np.zeros(c)
@@ -66,12 +66,12 @@ def _reach(samples: Samples) -> Floats:
         size = np.abs(term.error(looked)).reshape(-1, c).max(axis=0, initial=0.0)
         if term.kind in ("linear", "members"):
             variance += size**2
-        else:
+        elif bounded:
             bounds += size
     return np.asarray(bounds + 2 * np.sqrt(variance))
 
 
-def _bent(function: Pointwise, numbers: Floats, values: Floats, slopes: Floats, reach: Floats) -> Any:
+def bent(function: Pointwise, numbers: Floats, values: Floats, slopes: Floats, reach: Floats) -> Any:
     """Where the function over the reach of the errors is not the line that its slope says."""
     away = np.sign(np.nan_to_num(slopes)) * reach
     away = np.where(away == 0, reach, away)
@@ -80,10 +80,4 @@ def _bent(function: Pointwise, numbers: Floats, values: Floats, slopes: Floats, 
         up, down = function(numbers + away)[0] - values, values - function(numbers - away)[0]
         off = np.maximum(np.abs(up - said), np.abs(down - said))
         noise = 64 * np.finfo(float).eps * np.abs(values)
-        return np.asarray(off > BENT * said + noise)
-
-
-def power_of(unit: str, power: int) -> str:
-    """The unit of a product of equal units."""
-    return unit if power == 1 or not unit else f"({unit})^{power}" if "/" in unit or " " in unit else f"{unit}^{power}"
-
+        return np.asarray((off > BENT * said + noise) | (np.isnan(off) & np.isfinite(values)))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from modules.api import Literal, Samples, modeller
+from modules.data import units
 from modules.data.operators import Floats
-from modules.modellers._pointwise import pointwise, power_of
+from modules.modellers._pointwise import pointwise
 
 Measure = Literal[
     "automatic", "length", "trace", "determinant", "norm", "second invariant", "largest eigenvalue", "middle eigenvalue",
@@ -50,7 +51,7 @@ def invariants(samples: Samples, *, measure: Measure = "automatic") -> Samples:
     def function(numbers: Floats) -> tuple[Floats, Floats]:
         return measured(numbers, chosen)
 
-    return pointwise(samples, function, unit=power_of(samples.unit, POWERS.get(chosen, 1)), name=title)
+    return pointwise(samples, function, unit=units.product("", samples.unit, POWERS.get(chosen, 1)), name=title)
 
 
 def measured(numbers: Floats, measure: str) -> tuple[Floats, Floats]:

@@ -6,6 +6,7 @@ with what stands in SETTINGS. One that adds an error of its own states in TRUTH 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, cast
@@ -15,6 +16,7 @@ import pytest
 
 from app.engine.catalogue import Catalogue
 from modules.api import Accuracy, Identity, Model, Operator, Progress, Samples, regular, stencil
+from modules.data.formula import Formula
 from modules.records import Module
 from tests.modules.manufactured import Field, Floats, Seen, Truth, faults, fields, untrue
 
@@ -25,13 +27,23 @@ def catalogue() -> list[Module]:
     found._rooms = True
     found.reload()
     return [
-        record
+        wired(record)
         for record in found
         if record.room == "modellers"
         and record.outputs[0].type in (Samples, Model)
         and any(p.type in (Samples, Model) and not p.optional for p in record.ports)
         and all(p.type in (Samples, Model) or p.optional for p in record.ports)
     ]
+
+
+WIRED: Mapping[str, tuple[str, ...]] = {"calculator": ("b",)}
+"""Modeller -> ports that may be left unwired, and are not here."""
+
+
+def wired(record: Module) -> Module:
+    """With the ports that are wired here as ones that have to be."""
+    names = WIRED.get(record.function.__name__, ())
+    return replace(record, ports=tuple(replace(p, optional=p.optional and p.name not in names) for p in record.ports))
 
 
 MODELLERS = catalogue()
@@ -45,6 +57,15 @@ SETTINGS: Mapping[str, list[dict[str, Any]]] = {
     "transform": [{"scale": (-2.0, 3.0, 1.0), "shift": (5.0,), "factor": -4.0, "offset": 7.0, "lengths": "km", "unit": "ft"}],
     "threshold": [{"low": 2.0, "high": 3.5}],
     "quantise": [{"step": 0.37}],
+    "calculator": [
+        {"formula": "a - b"},
+        {"formula": "a / 2 + 3 * b - x", "units": "ignored"},
+        {"formula": "a * b"},
+        {"formula": "exp(-(a / b)**2 / 9) * hypot(a, y)", "units": "ignored"},
+        {"formula": "where(a > b, a, b) - min(a, 2 * b)"},
+        {"formula": "a_y * b_z - a_z * b_y; a_z * b_x - a_x * b_z; a_x * b_y - a_y * b_x"},
+        {"formula": "sqrt(a_x**2 + a_y**2 + a_z**2)", "unit": "km"},
+    ],
 }
 """Modeller -> settings to try beside the defaults and the choices."""
 
@@ -69,6 +90,19 @@ def turning(field: Field, out: Seen, settings: Mapping[str, Any]) -> Floats:
         return field.value(out.points, axis)[:, component]
 
     return np.stack([d(2, 1) - d(1, 2), d(0, 2) - d(2, 0), d(1, 0) - d(0, 1)], axis=-1)
+
+
+def by_formula(field: Field, out: Seen, settings: Mapping[str, Any]) -> Floats:
+    """Of both ports the field itself."""
+    value = field.value(out.points)
+    names = {3: ["a_x", "a_y", "a_z"], 1: ["a"]}[value.shape[1]]
+    known = {**dict(zip(names, value.T, strict=True)), **dict(zip("xyz", out.points.T, strict=True))}
+    known |= {"b" + name[1:]: one for name, one in known.items() if name[0] == "a"}
+    parts = settings["formula"].split(";")
+    if value.shape[1] == 3 and "_" not in parts[0]:
+        parts = [re.sub(r"\b([ab])\b", rf"\1_{c}", parts[0]) for c in "xyz"]
+    made = np.stack([Formula.parse(one, tuple(known)).value(known) for one in parts], axis=-1)
+    return np.asarray(made * (1e-3 if settings.get("unit") == "km" else 1.0))
 
 
 def on_plane(field: Field, out: Seen, settings: Mapping[str, Any]) -> Floats:
@@ -106,6 +140,7 @@ TRUTH: Mapping[str, Truth] = {
     "slope": steepness,
     "quantise": within,
     "add_noise": within,
+    "calculator": by_formula,
 }
 """Modeller -> what it would give of the field itself, if it made no error of its own."""
 

@@ -352,7 +352,7 @@ def test_invariants_are_numpys() -> None:
     q = 0.5 * ((anti**2).sum(axis=(-2, -1)) - (sym**2).sum(axis=(-2, -1)))
     got = invariants(replace(TENSORS.samples, values=free), measure="Q criterion")
     np.testing.assert_allclose(got.values, q, atol=1e-9)
-    assert got.unit == "m^2"
+    assert got.unit == "m²"
 
 
 def test_where_a_length_bends_it_is_flagged_and_elsewhere_counted_right() -> None:
