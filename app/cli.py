@@ -118,6 +118,12 @@ def _run(run: argparse.ArgumentParser) -> None:
         "--require", metavar="DEMAND", action="append", default=[], dest="demands",
         help="'contour-1.lines.position.max < 0.01 cell'; exit code 3 if it is not met",
     )  # fmt: skip
+    run.add_argument(
+        "--for", metavar="NODE.PARAM=VALUES", action="append", default=[], dest="sequences",
+        help="once for each value: 0..1/11 (eleven even ones), 1e-2..1e-8/7 log, or a, b, c; files are numbered; "
+        "given twice, for each combination; '--for saved' takes the sequence of the network",
+    )  # fmt: skip
+    run.add_argument("--film", metavar="FPS", type=_count, help="with --for: each view as a film too, an animated PNG")
     run.add_argument("--threads", type=_count, metavar="N", help="threads that work at once")
 
 

@@ -52,6 +52,15 @@ class Outbox:
             file.flush()
             os.fsync(file.fileno())
 
+    def staged(self, path: Path) -> bytes:
+        """What will stand in a file that was staged.
+
+        Raises
+        ------
+        KeyError : it was not
+        """
+        return {final.absolute(): temporary for temporary, final in self._staged}[path.absolute()].read_bytes()
+
     def commit(self) -> list[Path]:
         """Rename all, and return where they are."""
         mask = os.umask(0)

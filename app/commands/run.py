@@ -7,22 +7,26 @@ import csv
 import io
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from app import doctor, paths
-from app.commands import nets, pictures, wave
+from app.commands import films, nets, pictures, wave
 from app.commands.console import Console, Usage
+from app.commands.films import Frame, numbered
 from app.commands.outbox import Outbox
-from app.commands.pictures import Out
+from app.commands.pictures import Out, plain
 from app.engine import check as legal
 from app.engine import paths as files
-from app.engine import writing
+from app.engine import scheduler, writing
 from app.engine.catalogue import Catalogue
 from app.engine.demands import Demand, Verdict
 from app.engine.errors import NetworkError
 from app.engine.network import Network
+from app.engine.results import Results
+from app.engine.sequence import Sequence, each, kept
 from modules.data.wires import Geometry, Model, Samples, Scene, Table
 from modules.declare import article
 
@@ -57,25 +61,72 @@ def run(options: argparse.Namespace, console: Console) -> int:
     if not _compiled():
         console.say("the kernels are compiled at their first use; the next run does not wait for it")
     drawer = doctor.Drawer(any(out.type is Scene for out in outs))
+    sequences = [_sequence(text, network) for text in options.sequences]
+    if options.film and not sequences:
+        raise Usage("--film 10 makes a film of the frames of --for: name a parameter and its values there")
+    frames = each(sequences, network, catalogue) if sequences else [({}, network)]
+    settled = _Run(found, demands, drawer, catalogue, console, options, Results() if sequences else None)
     with Outbox() as outbox:
-        outcome = wave.watch(network, _wanted(network, outs, demands, bool(options.outs)), catalogue, console, options.threads)
-        for sentence in writing.changed_files(network, catalogue, files.identities(network, catalogue) or {}):
-            console.complain(f"nonius: {sentence}")
-        verdicts = _judged(demands, outcome, network)
-        drawn = drawable(outs, outcome, drawer, console)
-        captions = _write(drawn, outcome, outbox, found, catalogue, console)
-        failed = outcome.errors or outcome.blocked or drawn != outs
-        code = FAILED if failed else UNMET if not all(v.met for v in verdicts) else 0
+        done = [settled.frame(values, one, outs, (i, len(frames)), outbox) for i, (values, one) in enumerate(frames, 1)]
+        codes = {frame.code for frame in done}
+        code = FAILED if FAILED in codes else max(codes)
+        if sequences:
+            films.put(done, outs, options.film, outbox)
         if options.report:
-            outbox.put(Path(options.report), _report(found, outcome, verdicts, drawn, code))
+            outbox.put(Path(options.report), _report(found, done, bool(sequences), code))
         written = outbox.commit()
-    for verdict in verdicts:
-        (console.say if verdict.met else console.complain)(str(verdict) if verdict.met else f"nonius: {verdict}")
+    captions = {path: words for frame in done for path, words in frame.captions.items()}
     for path in written:
         console.say(f"wrote {path}")
         if path in captions:
             console.say(f"  {captions[path]}")
     return code
+
+
+def _sequence(text: str, network: Network) -> Sequence:
+    if text != "saved":
+        return Sequence.of(text)
+    if (one := kept(network.settings)) is None:
+        raise Usage("--for saved: this network has no sequence; write it as NODE.PARAM=VALUES")
+    return one
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What all frames of a run have in common."""
+
+    found: nets.Found
+    demands: list[Demand]
+    drawer: doctor.Drawer
+    catalogue: Catalogue
+    console: Console
+    options: argparse.Namespace
+    results: Results | None
+
+    def frame(
+        self, values: dict[str, Any], network: Network, outs: list[Out], place: tuple[int, int], outbox: Outbox
+    ) -> Frame:
+        """Run once and stage what is asked for; what a sequence sets stands among the edits of its certificate."""
+        console = self.console
+        set_ = tuple(f"{name}={value}" for name, value in values.items())
+        if values:
+            console.say(f"{place[0]} of {place[1]}: {', '.join(set_)}")
+            outs = [replace(out, path=numbered(out.path, *place)) for out in outs]
+        found = replace(self.found, network=network, edits=(*self.found.edits, *set_))
+        wanted = _wanted(network, outs, self.demands, bool(self.options.outs))
+        outcome = wave.watch(network, wanted, self.catalogue, console, self.options.threads, self.results)
+        identities = files.identities(network, self.catalogue) or {}
+        outcome.keys = scheduler.keys(network, self.catalogue, identities) | outcome.keys  # also of what a frame before had
+        for sentence in writing.changed_files(network, self.catalogue, identities):
+            console.complain(f"nonius: {sentence}")
+        verdicts = _judged(self.demands, outcome, network)
+        drawn = drawable(outs, outcome, self.drawer, console)
+        captions = _write(drawn, outcome, outbox, found, self.catalogue, console)
+        for verdict in verdicts:
+            (console.say if verdict.met else console.complain)(str(verdict) if verdict.met else f"nonius: {verdict}")
+        failed = outcome.errors or outcome.blocked or drawn != outs
+        code = FAILED if failed else UNMET if not all(v.met for v in verdicts) else 0
+        return Frame(values, outcome, verdicts, drawn, captions, code)
 
 
 def asked(text: str, network: Network, catalogue: Catalogue) -> Out:
@@ -201,18 +252,26 @@ def table(value: Table) -> bytes:
     return text.getvalue().encode()
 
 
-def _report(found: nets.Found, outcome: wave.Outcome, verdicts: list[Verdict], outs: list[Out], code: int) -> bytes:
-    content: dict[str, Any] = {
-        "report": 1,
-        "network": found.name,
-        "k": found.network.k,
-        "exit": code,
-        "nodes": outcome.nodes,
-        "demands": [v.record() for v in verdicts],
-        "written": [{"node": o.node, "output": o.output, "file": o.path.as_posix()} for o in outs if o.node in outcome.entries],
-        "versions": paths.versions(),
-    }
+def _report(found: nets.Found, frames: list[Frame], several: bool, code: int) -> bytes:
+    """What happened, of a sequence frame by frame."""
+    told = [_told(frame) for frame in frames]
+    content: dict[str, Any] = {"report": 1, "network": found.name, "k": found.network.k, "exit": code}
+    if several:
+        ways = zip(frames, told, strict=True)
+        content["frames"] = [{"set": plain(f.values), "exit": f.code, **t} for f, t in ways]
+    else:
+        content |= told[0]
+    content["versions"] = paths.versions()
     try:
         return (json.dumps(content, ensure_ascii=False, allow_nan=False, indent=1) + "\n").encode()
     except ValueError as error:
         raise NetworkError(f"the report cannot be written: {error}") from None
+
+
+def _told(frame: Frame) -> dict[str, Any]:
+    there = [o for o in frame.outs if o.node in frame.outcome.entries]
+    return {
+        "nodes": frame.outcome.nodes,
+        "demands": [v.record() for v in frame.verdicts],
+        "written": [{"node": o.node, "output": o.output, "file": o.path.as_posix()} for o in there],
+    }

@@ -13,7 +13,7 @@ from app.engine.catalogue import Catalogue
 from app.engine.errors import ModuleFailed
 from app.engine.executor import Blocked, Event, Failed, Finished, Progressed, Reused, Started, execute
 from app.engine.network import Network
-from app.engine.results import Entry
+from app.engine.results import Entry, Results
 from app.engine.scheduler import order
 from modules.data.accuracy import Accuracy, Line
 
@@ -38,8 +38,9 @@ class Outcome:
 
 
 def watch(
-    network: Network, wanted: Iterable[str], catalogue: Catalogue, console: Console, threads: int | None = None
-) -> Outcome:
+    network: Network, wanted: Iterable[str], catalogue: Catalogue, console: Console, threads: int | None = None,
+    results: Results | None = None,
+) -> Outcome:  # fmt: skip
     """Run what is wanted and say how it goes.
 
     Raises
@@ -47,7 +48,7 @@ def watch(
     KeyboardInterrupt : with what had not finished
     """
     watching = Watch(network, tuple(wanted), catalogue, console)
-    events = execute(network, None, watching.wanted, catalogue=catalogue, workers=threads)
+    events = execute(network, results, watching.wanted, catalogue=catalogue, workers=threads)
     try:
         for event in events:
             watching.hear(event)

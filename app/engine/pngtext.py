@@ -1,10 +1,10 @@
-"""Text in the chunks of a PNG: written and read without decoding a pixel."""
+"""The chunks of a PNG, without decoding a pixel: text written and read, pictures joined to an animated one (APNG)."""
 
 from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 MOST = 64 << 20
@@ -32,6 +32,38 @@ def texts(png: bytes) -> dict[str, str]:
     NotPNG : it is no picture, or a byte of it was changed
     """
     return {_key(body): _text(body) for kind, body in _chunks(png) if kind == b"iTXt"}
+
+
+def animated(pictures: Sequence[bytes], fps: int) -> bytes:
+    """Pictures of one size and kind as an animated PNG that runs for ever; viewers that know no APNG show the first.
+
+    The film carries no text: each of its pictures has its own network and claims.
+
+    Raises
+    ------
+    NotPNG : there are none, or they are not of one size and kind
+    """
+    if not pictures:
+        raise NotPNG("a film has one picture at least")
+    head, parts, serial = b"", [], 0
+    for i, png in enumerate(pictures):
+        chunks = list(_chunks(png))
+        header = next(body for kind, body in chunks if kind == b"IHDR")
+        if i and header != head:
+            raise NotPNG(f"picture {i + 1} of a film has another size than the first")
+        head = header
+        width, height = struct.unpack(">II", header[:8])
+        control = struct.pack(">IIIIIHHBB", serial, width, height, 0, 0, 1, fps, 0, 0)
+        parts.append(_packed(b"fcTL", control))
+        serial += 1
+        for body in (body for kind, body in chunks if kind == b"IDAT"):
+            if i == 0:
+                parts.append(_packed(b"IDAT", body))
+                continue
+            parts.append(_packed(b"fdAT", struct.pack(">I", serial) + body))
+            serial += 1
+    begin = _packed(b"IHDR", head) + _packed(b"acTL", struct.pack(">II", len(pictures), 0))
+    return SIGNATURE + begin + b"".join(parts) + _packed(b"IEND", b"")
 
 
 def _chunks(png: bytes) -> Iterator[tuple[bytes, bytes]]:

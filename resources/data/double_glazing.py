@@ -1,6 +1,7 @@
 """Air between two sheets of glass, one warm, one cold: the data set behind the networks of thesis chapter 5.
 
     python resources/data/double_glazing.py          writes networks/data/double-glazing.vti
+    python resources/data/double_glazing.py start    writes networks/data/glazing-start-0.vti and on, second by second
 
 The air of a closed gap rises along the warm sheet (x = 0) and falls along the cold one. Solved are the equations of
 Navier and Stokes with Boussinesq's buoyancy and the transport of heat,
@@ -23,6 +24,8 @@ the vertical mid-line, largest vertical velocity on the horizontal one, and mean
 The file holds 18 x 10 x 10 nodes [z, y, x] with velocity (mm/s), temperature (degrees Celsius) and pressure (mPa, less
 the hydrostatic one) as float32. By the difference to cells twice as wide, divided by 3 as of second order, the
 discretisation leaves about 0.3 mm/s of at most 33 mm/s, 0.09 of 14 degrees and 0.02 of 3.2 mPa.
+
+The files of the start hold the velocity alone, on its way to that state: air at rest that only conducts heat, let go at 0 s.
 """
 
 from __future__ import annotations
@@ -55,6 +58,9 @@ NODES = (18, 10, 10)
 FINER = 4
 """Cells of the solver between two nodes."""
 
+SECONDS = (0.0, 1.0, 2.0, 3.0, 4.0)
+"""Of the files of the start."""
+
 STEADY = 1e-4
 """Largest change of the velocity in a unit of time, as a part of the largest velocity, that counts as steady."""
 
@@ -82,22 +88,41 @@ def solve(cells: tuple[int, ...], rayleigh: float = RAYLEIGH, *, longest: float 
     ------
     ArithmeticError : it is not steady after `longest` units of time
     """
-    h = 1.0 / cells[-1]
-    faces = [tuple(n + (a == b) for b, n in enumerate(cells)) for a in range(len(cells))]
-    linear = np.broadcast_to(0.5 - (np.arange(cells[-1]) + 0.5) * h, cells).copy()
-    state = State(h, [np.zeros(shape) for shape in faces], linear, np.zeros(cells))
-    modes = _modes(cells, h)
-    diffusive = h**2 / (2 * len(cells))
+    state, modes = _at_rest(cells), _modes(cells, 1.0 / cells[-1])
     while state.time < longest:
         before = [u.copy() for u in state.velocity]
-        start = state.time
+        begun = state.time
         for _ in range(50):
-            fastest = max(float(np.abs(u).max()) for u in state.velocity) + 1e-12
-            _step(state, rayleigh, min(0.9 * diffusive, 1.5 / fastest**2, 0.5 * h / fastest), modes)
+            _step(state, rayleigh, _stable(state), modes)
         change = max(float(np.abs(a - b).max()) for a, b in zip(state.velocity, before, strict=True))
-        if change < STEADY * fastest * (state.time - start):
+        fastest = max(float(np.abs(u).max()) for u in state.velocity)
+        if change < STEADY * fastest * (state.time - begun):
             return state
     raise ArithmeticError(f"the flow is not steady after {longest:g} units of time: is the Rayleigh number too large?")
+
+
+def start(seconds: tuple[float, ...], finer: int = FINER) -> list[Floats]:
+    """Velocity in mm/s at the nodes of the data set, so many seconds after the air at rest was let go; in rising order."""
+    cells = tuple((n - 1) * finer for n in NODES)
+    state, modes = _at_rest(cells), _modes(cells, 1.0 / cells[-1])
+    found = []
+    for wanted in seconds:
+        while (left := wanted * CONDUCTIVITY / GAP**2 - state.time) > 1e-12:
+            _step(state, RAYLEIGH, min(left, _stable(state)), modes)
+        found.append(at_nodes(state, finer)["velocity"] * CONDUCTIVITY / GAP)
+    return found
+
+
+def _at_rest(cells: tuple[int, ...]) -> State:
+    faces = [tuple(n + (a == b) for b, n in enumerate(cells)) for a in range(len(cells))]
+    linear = np.broadcast_to(0.5 - (np.arange(cells[-1]) + 0.5) / cells[-1], cells).copy()
+    return State(1.0 / cells[-1], [np.zeros(shape) for shape in faces], linear, np.zeros(cells))
+
+
+def _stable(state: State) -> float:
+    """The longest step that the explicit scheme bears."""
+    fastest = max(float(np.abs(u).max()) for u in state.velocity) + 1e-12
+    return min(0.9 * state.h**2 / (2 * len(state.velocity)), 1.5 / fastest**2, 0.5 * state.h / fastest)
 
 
 def _modes(cells: tuple[int, ...], h: float) -> Floats:
@@ -261,16 +286,25 @@ def write(path: Path, fields: dict[str, Floats]) -> None:
     data.save(path, binary=True)
 
 
+def write_start(folder: Path) -> None:
+    """The velocity of each second from the start, as float32."""
+    for i, velocity in enumerate(start(SECONDS)):
+        write(folder / f"glazing-start-{i}.vti", {"velocity": velocity})
+
+
 def main() -> None:
     """Print the benchmark and how much a finer lattice changes the flow, and write the file."""
+    data = Path(__file__).resolve().parents[2] / "networks" / "data"
+    if sys.argv[1:2] == ["start"]:
+        write_start(data)
+        return
     for rayleigh in (1e3, 1e4, 1e5):
         print(f"{rayleigh:g}", *(f"{v:.3f}" for v in benchmark(40, rayleigh)), flush=True)
     coarse, fine = glazing(FINER // 2), glazing(FINER)
     for name, values in fine.items():
         left = np.abs(values - coarse[name]).max() / 3
         print(name, f"{values.min():.4g} to {values.max():.4g}, discretisation about {left:.2g}", flush=True)
-    target = Path(__file__).resolve().parents[2] / "networks" / "data" / "double-glazing.vti"
-    write(Path(sys.argv[1]) if len(sys.argv) > 1 else target, fine)
+    write(Path(sys.argv[1]) if len(sys.argv) > 1 else data / "double-glazing.vti", fine)
 
 
 if __name__ == "__main__":
