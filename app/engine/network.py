@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import networkx
 
-from app.engine import check
+from app.engine import check, following
 from app.engine.catalogue import Catalogue
 from app.engine.errors import CycleError, NameTaken, PortTaken, TypeMismatch, UnknownName, ValueRefused, hint
 from modules.declare import Module, article
@@ -46,6 +46,7 @@ class Node:
     extras : keys of the file that this program does not know
     disabled : gives nothing, and blocks what hangs on it
     bypass : output -> port whose wire goes on in its place; the node does not fire; empty for a node that does
+    follows : parameter -> "node.parameter" whose value it always has
     """
 
     id: str
@@ -56,6 +57,7 @@ class Node:
     extras: Mapping[str, Any] = field(default_factory=dict)
     disabled: bool = False
     bypass: Mapping[str, str] = field(default_factory=dict)
+    follows: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def passes(self) -> bool:
@@ -186,9 +188,10 @@ class Network:
         return self._with(Node(name, record.id, record.version, values, dict(view or {})))
 
     def remove(self, *nodes: str) -> Network:
-        """Without these nodes and their wires; gaps in lists close."""
+        """Without these nodes and their wires; gaps in lists close. What followed them keeps its value."""
         gone = {self[node].id for node in nodes}
         kept = {n: v for n, v in self.nodes.items() if n not in gone}
+        kept = following.within(kept, kept)
         wires = {end: o for end, o in self.wires.items() if end[0] not in gone and o[0] not in gone}
         return replace(self, nodes=kept, wires=without_gaps(wires))
 
@@ -203,25 +206,29 @@ class Network:
             (new if t == node else t, port, slot): (new if s == node else s, output)
             for (t, port, slot), (s, output) in self.wires.items()
         }
-        return replace(self, nodes=nodes, wires=wires)
+        return replace(self, nodes=following.renamed(nodes, {node: new}), wires=wires)
 
     def set(self, node: str, parameter: str, value: Any, catalogue: Catalogue) -> Network:
-        """With another value of a parameter, brought to its declared type.
+        """With another value of a parameter, brought to its declared type, and of all that follow it.
 
         Raises
         ------
         UnknownName, ValueRefused
         """
         old = self[node]
+        following.free(old, parameter)
         coerced = check.value(node, check.known(old.module, node, catalogue), parameter, value)
         if parameter in old.parameters and check.same(old.parameters[parameter], coerced):
             return self
-        return self._with(replace(old, parameters={**old.parameters, parameter: coerced}))
+        changed = self._with(replace(old, parameters={**old.parameters, parameter: coerced}))
+        return following.passed_on(changed, node, parameter, catalogue)
 
-    def reset(self, node: str, parameter: str) -> Network:
-        """With the default of a parameter."""
+    def reset(self, node: str, parameter: str, catalogue: Catalogue) -> Network:
+        """With the default of a parameter, which all that follow it take too."""
         old = self[node]
-        return self._with(replace(old, parameters={n: v for n, v in old.parameters.items() if n != parameter}))
+        following.free(old, parameter)
+        changed = self._with(replace(old, parameters={n: v for n, v in old.parameters.items() if n != parameter}))
+        return following.passed_on(changed, node, parameter, catalogue)
 
     def disable(self, node: str, disabled: bool = True) -> Network:
         """With a node that gives nothing, or gives again."""
@@ -296,6 +303,8 @@ class Network:
         start = check.known(self[source].module, source, catalogue)
         end = check.known(self[target].module, target, catalogue)
         check.fit(source, start, output, target, end, port)
+        if port in self.nodes[target].follows or following.followers(self, target, port):
+            raise PortTaken(f"{target}.{port} is linked to another parameter: let it go first", node=target, port=port)
         if source == target or networkx.has_path(self.graph, target, source):
             raise CycleError(_circle(self, source, target), node=target, port=port)
         return replace(self, wires=self._wired((source, output), target, end, port, slot, instead))
@@ -351,6 +360,8 @@ class Network:
             x, y = node.view.get("position", (0.0, 0.0))
             place = {"position": [x + by[0], y + by[1]]} if "position" in node.view else {}
             nodes[new] = replace(node, id=new, view={**node.view, **place})
+        copies = following.renamed({n: nodes[n] for n in names.values()}, names)
+        nodes |= following.within(copies, nodes if incoming else copies)
         wires = dict(self.wires)
         for (target, port, slot), (source, output) in part.wires.items():
             inside = source in names
@@ -358,7 +369,7 @@ class Network:
                 wires[names[target], port, slot] = (names[source] if inside else source, output)
         pasted = replace(self, nodes=nodes, wires=without_gaps(wires))
         check.network(pasted.nodes, pasted.wires, catalogue, only=set(names.values()))
-        return pasted
+        return following.judged(pasted, catalogue)[0]
 
     # --- inside
 

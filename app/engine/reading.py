@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
-from app.engine import check
+from app.engine import check, following
 from app.engine.catalogue import Catalogue
 from app.engine.errors import DocumentError, NetworkError, ValueRefused
 from app.engine.network import NAME, SETTINGS, Network, Node, Origin, Socket, without_gaps
@@ -19,7 +19,7 @@ WIRE = re.compile(
     r"(?P<source>[^.\s]+)\.(?P<output>\w+(:accuracy)?) -> (?P<target>[^.\s]+)\.(?P<port>\w+)(\[(?P<slot>\d{1,6})\])?"
 )
 KEYS = ("format", "schema", "settings", "files", "nodes", "wires")
-NODE_KEYS = ("id", "module", "version", "parameters", "view", "disabled", "bypass")
+NODE_KEYS = ("id", "module", "version", "parameters", "view", "disabled", "bypass", "follows")
 
 
 def parse(text: str | bytes, name: str) -> dict[str, Any]:
@@ -114,7 +114,10 @@ class Reader:
             self._refuse(f'"files": {wrong[0]!r} has {_kind(files[wrong[0]])}, not an object', wrong[0])
         extras = {k: v for k, v in record.items() if k not in KEYS}
         self._finite([settings, extras, files])
-        return Network(nodes, wires, settings, extras, files, folder)
+        network, loose = following.judged(Network(nodes, wires, settings, extras, files, folder), self.catalogue)
+        for node, sentence in loose:
+            self._warn(sentence, f'"id": {json.dumps(node, ensure_ascii=False)}')
+        return network
 
     # --- parts
 
@@ -152,6 +155,9 @@ class Reader:
         bypass = self._typed(record, "bypass", dict, {}, f"node {name!r}: ", near)
         if not all(isinstance(port, str) for port in bypass.values()):
             self._refuse(f'node {name!r}: "bypass" names a port for each output, not {bypass!r}', near)
+        follows = self._typed(record, "follows", dict, {}, f"node {name!r}: ", near)
+        if not all(isinstance(led, str) and len(led.split(".")) == 2 for led in follows.values()):
+            self._refuse(f'node {name!r}: "follows" names parameters, such as "contour-1.interval", not {follows!r}', near)
         values = self._typed(record, "parameters", dict, {}, f"node {name!r}: ", near)
         view = self._typed(record, "view", dict, {}, f"node {name!r}: ", near)
         extras = {k: v for k, v in record.items() if k not in NODE_KEYS}
@@ -160,9 +166,9 @@ class Reader:
         if found is None:
             self._finite(values, near)
             self._warn(f"{name}: there is no module {module!r}{self.catalogue.nearest(module)}; it is kept as it is", near)
-            return Node(name, module, version, values, view, extras, disabled, bypass)
+            return Node(name, module, version, values, view, extras, disabled, bypass, follows)
         values = self._values(name, found, version, values, near)
-        return Node(name, found.id, max(version, found.version), values, view, extras, disabled, bypass)
+        return Node(name, found.id, max(version, found.version), values, view, extras, disabled, bypass, follows)
 
     def _values(self, name: str, record: Module, version: int, given: dict[str, Any], near: str) -> dict[str, Any]:
         """Values in their types. Of another version, what does not fit is kept, and told when it runs."""

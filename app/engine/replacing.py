@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from dataclasses import dataclass, replace
 
-from app.engine import check
+from app.engine import check, following
 from app.engine.catalogue import Catalogue
 from app.engine.errors import NetworkError
 from app.engine.network import Network, Node, Origin, Socket, without_gaps
@@ -45,14 +45,16 @@ def replaced(network: Network, node: str, module: str, catalogue: Catalogue) -> 
             values[name] = check.value(node, record, name, value)
         except NetworkError:
             lost.append(name.replace("_", " "))
-    fresh = replace(old, module=record.id, version=record.version, parameters=values, bypass={})
+    follows = {name: led for name, led in old.follows.items() if record.parameter(name) is not None}
+    fresh = replace(old, module=record.id, version=record.version, parameters=values, bypass={}, follows=follows)
     nodes = {**network.nodes, node: fresh}
     wires = {end: origin for end, origin in network.wires.items() if node not in (end[0], origin[0])}
     taken = _incoming(network, nodes, record, node, wires, catalogue)
     given = _outgoing(network, nodes, record, node, wires, catalogue)
     lost += taken + given
     kept = len(wires) - sum(node not in (end[0], origin[0]) for end, origin in wires.items()) + len(values)
-    return Replaced(replace(network, nodes=nodes, wires=without_gaps(wires)), kept, tuple(lost))
+    changed, loose = following.judged(replace(network, nodes=nodes, wires=without_gaps(wires)), catalogue)
+    return Replaced(changed, kept, (*lost, *(sentence for _, sentence in loose)))
 
 
 def _incoming(

@@ -53,6 +53,8 @@ def node_record(node: Node, catalogue: Catalogue, folder: Path | None) -> dict[s
         record["disabled"] = True
     if node.bypass:
         record["bypass"] = dict(sorted(node.bypass.items()))
+    if node.follows:
+        record["follows"] = dict(sorted(node.follows.items()))
     if node.view:
         record["view"] = dict(node.view)
     return record | dict(sorted(node.extras.items()))

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QVBoxLay
 
 from app.engine.errors import NoniusError
 from app.engine.network import Node
-from app.gui import icons, minis, style, summary
+from app.gui import icons, linking, minis, style, summary
 from app.gui.glyphs import TYPES, Look, port
 from app.gui.parameter_row import ParameterRow
 from app.gui.run_section import RunSection
@@ -163,6 +163,8 @@ class ControlPanel(QScrollArea):
                 row.endsChanged.connect(partial(self._ends, parameter.name))
                 row.powersChanged.connect(partial(self._powers, parameter.name))
                 row.pinAsked.connect(partial(self._pin, parameter.name))
+                row.letGoAsked.connect(partial(linking.let_go, self.session, self.node, parameter.name))
+                row.more = partial(linking.fill, self.session, self.node, parameter.name)
                 self.rows[parameter.name] = row
                 inner.addWidget(row)
             inner.addWidget(line())
@@ -189,6 +191,7 @@ class ControlPanel(QScrollArea):
         for name, row in self.rows.items():
             row.show_value(node.parameters.get(name, row.parameter.default))
             row.show_wired(".".join(wired[name][0]) if name in wired else "")
+            row.show_led(node.follows.get(name, ""), linking.led_by(self.session.network, self.node, name))
             row.pinned = name in minis.pins(node)
         if self._run is not None:
             self._run.refresh()
@@ -225,12 +228,14 @@ class ControlPanel(QScrollArea):
         session.edit(f"Set {name.replace('_', ' ')} of {node}", network, merge=("set", node, name), interim=interim)
 
     def _reset(self, name: str) -> None:
-        self.session.edit(f"Reset {name.replace('_', ' ')} of {self.node}", self.session.network.reset(self.node, name))
+        session = self.session
+        network = session.network.reset(self.node, name, session.catalogue)
+        session.edit(f"Reset {name.replace('_', ' ')} of {self.node}", network)
 
     def _reset_all(self) -> None:
         network = self.session.network
-        for name in self.rows:
-            network = network.reset(self.node, name)
+        for name in self.rows.keys() - network[self.node].follows.keys():
+            network = network.reset(self.node, name, self.session.catalogue)
         self.session.edit(f"Reset {self.node}", network)
 
     def _ends(self, name: str, ends: tuple[float, float] | None) -> None:

@@ -184,6 +184,10 @@ def _room(name: str) -> QPainterPath:
     match name:
         case "readers":
             _lines(p, (2.75, 2.75, 2.75, 13.25), (5.5, 8, 13.25, 8), (10, 4.75, 13.25, 8), (13.25, 8, 10, 11.25))
+        case "link":
+            _lines(p, (5.8, 10.2, 10.2, 5.8))
+            p.addRoundedRect(QRectF(1.8, 8.2, 6, 6), 3, 3)
+            p.addRoundedRect(QRectF(8.2, 1.8, 6, 6), 3, 3)
         case "modellers":
             p.moveTo(2, 11.5)
             p.cubicTo(4.5, 11.5, 4.8, 4.5, 8, 4.5)

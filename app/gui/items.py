@@ -324,7 +324,10 @@ class NodeItem(QGraphicsItem):
         glyphs.room(painter, self.record.room if self.record else "missing", QPointF(10, 6), look["text 2"])
         painter.setFont(font(12, True))
         painter.setPen(look["text 2" if quiet else "text"])
-        room = QRectF(32, 0, self.width - 32 - 32, HEADER)
+        linked = bool(self.node.follows)
+        if linked:
+            glyphs.room(painter, "link", QPointF(self.width - 42, 8), look["text 2"], 12)
+        room = QRectF(32, 0, self.width - 32 - (48 if linked else 32), HEADER)
         title = QFontMetricsF(font(12, True)).elidedText(self.title, Qt.TextElideMode.ElideRight, room.width())
         painter.drawText(room, Qt.AlignmentFlag.AlignVCenter, title)
         glyphs.state(painter, kind, QPointF(self.width - 15, 14), look, self.state.progress, self.turn)

@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QMenu
 from app.draw import numbers
 from app.engine.errors import NetworkError, NoniusError
 from app.engine.network import Network, Node
+from app.gui import glyphs
 from app.gui.glyphs import Look, font
 from app.gui.widgets.field import Facts, title
 from app.gui.widgets.number import number_of
@@ -83,6 +84,7 @@ class Mini:
     rect : in the node
     scale : of a number whose ends are known
     wired : whether its value comes from a wire
+    led : the parameter that it follows, "" for none
     """
 
     parameter: Parameter
@@ -91,6 +93,7 @@ class Mini:
     scale: Scale | None
     unit: str
     wired: bool
+    led: str = ""
 
     @property
     def groove(self) -> QRectF:
@@ -115,7 +118,7 @@ class Mini:
     @property
     def slides(self) -> bool:
         """Whether it is a slider."""
-        return self.scale is not None and self.value is not None and not self.wired
+        return self.scale is not None and self.value is not None and not self.wired and not self.led
 
 
 def of(node: Node, record: Module | None, wired: Mapping[str, int], facts: Facts, width: float, top: float) -> tuple[Mini, ...]:
@@ -131,7 +134,7 @@ def of(node: Node, record: Module | None, wired: Mapping[str, int], facts: Facts
         scale = scale_of(parameter, number, facts, ends(node, name), powers(node, name)) if slides else None
         unit = parameter.range.unit if parameter.range else ""
         rect = QRectF(12, top + HEIGHT * len(found), width - 24, HEIGHT)
-        found.append(Mini(parameter, value, rect, scale, unit, name in wired))
+        found.append(Mini(parameter, value, rect, scale, unit, name in wired, node.follows.get(name, "")))
     return tuple(found)
 
 
@@ -152,7 +155,10 @@ def paint(painter: QPainter, mini: Mini, look: Look) -> None:
         painter.drawRoundedRect(room, 3, 3)
         room = room.adjusted(6, 0, -6, 0)
         right = Qt.AlignmentFlag.AlignLeft | middle
-    painter.setPen(look["text 3" if mini.wired or mini.value is None else "text"])
+    if mini.led:
+        glyphs.room(painter, "link", QPointF(room.right() - 11, room.center().y() - 6), look["text 2"], 12)
+        room = room.adjusted(0, 0, -16, 0)
+    painter.setPen(look["text 3" if mini.wired or mini.led or mini.value is None else "text"])
     painter.drawText(room, right, metrics.elidedText(mini.words, Qt.TextElideMode.ElideRight, room.width()))
     if mini.slides and mini.scale is not None:
         _slider(painter, mini.groove, mini.scale.share(float(mini.value)), look)
@@ -214,6 +220,9 @@ def press(canvas: Canvas, item: NodeItem, mini: Mini, at: QPoint) -> Slide | Non
     """A slider is held, a switch turns, a choice opens its list."""
     if mini.wired:
         canvas.say(f"{title(mini.parameter.name)} comes from a wire")
+        return None
+    if mini.led:
+        canvas.say(f"{title(mini.parameter.name)} follows {mini.led}: set that, or let it go in the panel")
         return None
     place = canvas.mapToScene(at) - item.pos()
     if mini.slides and mini.groove.adjusted(-8, -10, 8, 10).contains(place):

@@ -199,7 +199,8 @@ def words(canvas: Canvas, at: QPoint) -> str:
         if node.kind == "running" and node.stop_rect().contains(place):
             return "Stop (Esc)"
         summary = node.record.summary.split("\n")[0] if node.record else "This module is not installed; its values are kept"
-        return f"{node.title} · {node.node.id}\n{summary}\nF1 opens its help"
+        led = "".join(f"\n{name.replace('_', ' ')} follows {led}" for name, led in sorted(node.node.follows.items()))
+        return f"{node.title} · {node.node.id}\n{summary}{led}\nF1 opens its help"
     if (line := canvas.board.wire_at(place)) and line.known is not None:
         said = f"{line.origin[0]}.{line.origin[1]}: {line.known.words()}"
         return f"{said}\nClick shows the budget; a double-click puts a dot to bend it"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QContextMenuEvent, QGuiApplication
 from PySide6.QtWidgets import QHBoxLayout, QMenu, QToolButton, QVBoxLayout, QWidget
 
-from app.gui import minis, style
+from app.gui import icons, minis, style
 from app.gui.widgets.choosing import field_of
 from app.gui.widgets.field import Facts, title
 from app.gui.widgets.parts import act
@@ -25,6 +26,7 @@ class ParameterRow(QWidget):
     endsChanged = Signal(object)
     powersChanged = Signal(object)
     pinAsked = Signal()
+    letGoAsked = Signal()
 
     def __init__(self, parameter: Parameter, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -49,6 +51,15 @@ class ParameterRow(QWidget):
         self.words = style.labelled("", "failed")
         self.words.setWordWrap(True)
         self.words.hide()
+        self.link = QToolButton()
+        self.link.setIcon(icons.icon("link", "text 2"))
+        self.link.setProperty("drawing", "link")
+        self.link.setProperty("small", True)
+        self.link.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
+        self.link.setToolTip("It has the value of that parameter. A click lets it go: it keeps its value and can be set")
+        self.link.clicked.connect(lambda: self.letGoAsked.emit())
+        self.link.hide()
+        self.more: Callable[[QMenu], None] | None = None
         self.pinned = False
         self._last: Any = None
         self._build()
@@ -66,6 +77,7 @@ class ParameterRow(QWidget):
         column.setSpacing(3)
         column.addLayout(row)
         column.addWidget(self.words)
+        column.addWidget(self.link, 0, Qt.AlignmentFlag.AlignLeft)
 
     def _tell(self) -> None:
         p = self.parameter
@@ -73,7 +85,8 @@ class ParameterRow(QWidget):
         unit = f" Unit: {p.range.unit}." if p.range and p.range.unit else ""
         words = f"{p.words[:1].upper()}{p.words[1:]}." if p.words else ""
         default = "automatic" if p.default is None else str(p.plain(p.default))
-        tip = f"{words}{unit}\nTakes {p.takes()}{scale}. Default: {default}.\nRight-click for default and copy."
+        tip = f"{words}{unit}\nTakes {p.takes()}{scale}. Default: {default}.\n"
+        tip += "Right-click for default, copy, and to let it follow another parameter."
         self.label.setToolTip(tip.strip())
 
     def show_value(self, value: Any) -> None:
@@ -90,6 +103,19 @@ class ParameterRow(QWidget):
         self.auto.setEnabled(not origin)
         if origin:
             self.words.setText(f"from {origin}")
+            style.marked(self.words, "kind", "small")
+            self.words.show()
+
+    def show_led(self, led: str, by: tuple[str, ...] = ()) -> None:
+        """Say which parameter it follows, if any, and which follow it."""
+        self.link.setText(f"follows {led}")
+        self.link.setAccessibleName(f"{title(self.parameter.name)} follows {led}: let it go")
+        self.link.setVisible(bool(led))
+        if led:
+            self.field.setEnabled(False)
+            self.auto.setEnabled(False)
+        elif by:
+            self.words.setText(f"followed by {', '.join(by)}")
             style.marked(self.words, "kind", "small")
             self.words.show()
 
@@ -143,6 +169,8 @@ class ParameterRow(QWidget):
             pin.setChecked(self.pinned)
             menu.addSeparator()
             menu.addAction(pin)
+        if self.more is not None:
+            self.more(menu)
         menu.exec(event.globalPos())
 
     def _copy(self) -> None:

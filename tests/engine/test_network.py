@@ -109,7 +109,7 @@ def test_infinity_is_taken_where_the_range_says_so(lab: Any) -> None:
 def test_setting_the_same_value_changes_nothing(lab: Any, pair: Network) -> None:
     network = pair.set("c", "number", 3, lab.catalogue)
     assert network.set("c", "number", 3.0, lab.catalogue) is network
-    assert network.reset("c", "number") == pair
+    assert network.reset("c", "number", lab.catalogue) == pair
 
 
 def test_a_pasted_part_has_new_ids_and_its_wires(lab: Any) -> None:

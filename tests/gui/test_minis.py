@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QPointF, QSettings, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QMenu
 
+from app.engine import following
 from app.engine.catalogue import Catalogue
 from app.engine.errors import NetworkError
-from app.gui import folders, minis, motion, style
+from app.gui import folders, minis, motion, mouse, style
 from app.gui.main_window import MainWindow
 from app.gui.panel_window import PanelWindow, show
 from app.gui.preferences import Preferences
@@ -225,3 +227,52 @@ def test_preferences_are_taken_over(window: MainWindow, tmp_path: Path) -> None:
     assert window.session.runs.results.bound == 128 << 20
     folders.prefer("data", str(tmp_path / "gone"))
     assert folders.preferred("data") is None
+
+
+# --- one parameter follows another
+
+
+@pytest.fixture
+def two(window: MainWindow) -> MainWindow:
+    """Two nodes that count above a level; the first is chosen."""
+    session = window.session
+    session.edit("Add", session.network.add("above", CATALOGUE, id="also", view={"position": [226.0, 200.0]}))
+    session.select(["also"])
+    return window
+
+
+def test_a_parameter_follows_another_and_is_let_go_by_a_click(two: MainWindow, qtbot: Any) -> None:
+    session, row = two.session, two.panel.rows["level"]
+    menu = QMenu(two)
+    assert row.more is not None
+    row.more(menu)
+    (inner,) = (a.menu() for a in menu.actions() if a.menu() is not None)
+    assert isinstance(inner, QMenu)
+    first = inner.actions()[0]
+    assert first.text().startswith("above.level") and all("strict" not in a.text() for a in inner.actions())
+    first.trigger()
+    assert session.history.undo_label == "Link level of also to above"
+    assert row.link.isVisible() and row.link.text() == "follows above.level" and not row.field.isEnabled()
+    session.edit("Set level", session.network.set("above", "level", 150.0, CATALOGUE))
+    assert session.network["also"].parameters["level"] == 150.0
+    assert isinstance(row.field, NumberField) and row.field.value == 150.0
+    session.select(["above"])
+    assert "followed by also.level" in two.panel.rows["level"].words.text()
+    session.select(["also"])
+    QTest.mouseClick(two.panel.rows["level"].link, Qt.MouseButton.LeftButton)
+    assert not session.network["also"].follows and two.panel.rows["level"].field.isEnabled()
+    session.undo()
+    assert session.network["also"].follows == {"level": "above.level"}
+
+
+def test_a_node_shows_that_it_follows(two: MainWindow) -> None:
+    session, canvas = two.session, two.canvas
+    plain = canvas.grab().toImage()
+    network = following.follow(session.network.look("also", pins=["level"]), "also", "level", ("above", "level"), CATALOGUE)
+    session.edit("Link", network)
+    (mini,) = canvas.board.nodes["also"].minis
+    assert mini.led == "above.level" and not mini.slides
+    assert minis.press(canvas, canvas.board.nodes["also"], mini, QPoint()) is None
+    assert session.network is network and canvas.grab().toImage() != plain
+    at = canvas.mapFromScene(canvas.board.nodes["also"].scenePos() + QPointF(60, 14))
+    assert "level follows above.level" in mouse.words(canvas, at)
