@@ -143,8 +143,12 @@ class Log:
                 self._next, self._fresh, self._idle = None, False, False
             try:
                 self._write(job, fresh)
-            except (OSError, NoniusError):
-                continue  # a full disk must not stop the window; the next edit tries again
+            except OSError:  # a full disk must not stop the window: it is tried again, until there is room
+                with self._some:
+                    if not self._fresh:  # else another document has begun
+                        self._next, self._fresh = self._next or job, fresh
+            except NoniusError:
+                continue  # what cannot be written now is written with the next edit
             finally:
                 time.sleep(EVERY)
 
