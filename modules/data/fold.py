@@ -13,6 +13,7 @@ import numpy as np
 
 from modules import kernels
 from modules.data.operators import (
+    MANY,
     Chain,
     Floats,
     Gather,
@@ -33,9 +34,6 @@ Check = Callable[[float], object]
 
 SIGNED = ("signed", "metric")
 """Kinds whose sizes keep their sign."""
-
-MANY = 8_192
-"""From so many rows on the compiled way is worth its loading."""
 
 WIDEST = 64
 """Most entries a row that are composed before the general way takes over."""

@@ -11,9 +11,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from modules import kernels
 from modules.data.accuracy import Source
 from modules.data.grid import Axial, Grid, Rectilinear, Regular
-from modules.data.operators import Floats, Gather, Ints
+from modules.data.operators import MANY, Floats, Gather, Ints
 
 
 class Law(Protocol):
@@ -80,11 +81,10 @@ class Linear:
     def error(self, grid: Grid, values: Floats, points: Floats) -> Floats:
         """1/2 sum_i u_i (1 - u_i) D2_i, D2 the second difference over the cell's width, interpolated."""
         cell, u = locate(grid, points)
-        weights = corners(grid, cell, [(1 - t, t) for t in u.T])
         total = np.zeros(len(points))
-        for axis in range(u.shape[1]):
+        for axis, bend in enumerate(curvature(grid, values, points).T):
             h = cell_sizes(grid, axis)[cell[:, axis]]
-            total += 0.5 * u[:, axis] * (1 - u[:, axis]) * h**2 * weights.apply(second_derivative(grid, values, axis).ravel())
+            total += 0.5 * u[:, axis] * (1 - u[:, axis]) * h**2 * bend
         return total
 
     def largest(self, grid: Grid, values: Floats) -> Floats:
@@ -164,6 +164,7 @@ def locate(grid: Grid, points: Floats) -> tuple[Ints, Floats]:
     box = axial(grid)
     points = np.asarray(points, float)
     cell, u = np.empty((len(points), grid.dimensions), np.int64), np.empty((len(points), grid.dimensions))
+    many = len(points) >= MANY
     for axis, coordinates in enumerate(box.axes):
         if len(coordinates) < 2:
             raise ValueError(f"axis {grid.frame.axes[axis]} has a single sample: there is nothing between samples")
@@ -177,15 +178,19 @@ def locate(grid: Grid, points: Floats) -> tuple[Ints, Floats]:
                 f"{', '.join(f'{v:g}' for v in first)}; "
                 f"{grid.frame.axes[axis]} goes from {coordinates[0]:g} to {coordinates[-1]:g}"
             )
+        if many:
+            continue
         i = np.clip(np.searchsorted(coordinates, x, side="right") - 1, 0, len(coordinates) - 2)
         cell[:, axis] = i
         u[:, axis] = np.clip((x - coordinates[i]) / (coordinates[i + 1] - coordinates[i]), 0.0, 1.0)
-    return cell, u
+    return kernels.interpolation.locate(points, box.axes) if many else (cell, u)
 
 
 def corners(grid: Grid, cell: Ints, factors: list[tuple[Floats, Floats]]) -> Gather:
     """The corners of cells with products of factors per axis (in x, y, z); only the first corner without factors."""
     strides = np.cumprod([1, *reversed(grid.shape)])[: grid.dimensions]
+    if factors and len(cell) >= MANY:
+        return Gather(*kernels.interpolation.corners(cell, strides, factors), grid.count)
     index = (cell @ strides)[:, None]
     weight: Any = np.asarray(1.0)
     for axis, (low, high) in enumerate(factors):
@@ -193,6 +198,16 @@ def corners(grid: Grid, cell: Ints, factors: list[tuple[Floats, Floats]]) -> Gat
         weight = np.ones((len(cell), 1)) if weight.ndim == 0 else weight
         weight = np.concatenate([weight * low[:, None], weight * high[:, None]], axis=1)
     return Gather(index, weight, grid.count)
+
+
+def curvature(grid: Grid, values: Floats, points: Floats) -> Floats:
+    """(n, d) second derivatives of the samples along x, y[, z], by `second_derivative`, interpolated at points."""
+    cell, u = locate(grid, points)
+    if len(points) >= MANY:
+        return kernels.interpolation.curvature(cell, u, values, axial(grid).axes)
+    weights = corners(grid, cell, [(1 - t, t) for t in u.T])
+    every = [weights.apply(second_derivative(grid, values, axis).ravel()) for axis in range(grid.dimensions)]
+    return np.stack(every, axis=1) if every else np.zeros((len(points), 0))
 
 
 def second_derivative(grid: Grid, values: Floats, axis: int) -> Floats:

@@ -25,7 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, vstack
 
+from modules import kernels
 from modules.data.combine import combine
+
+MANY = 8_192
+"""From so many rows on the compiled way is worth its loading."""
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.integer[Any]]
@@ -91,6 +95,8 @@ class Gather(Operator):
 
     def apply(self, x: Floats) -> Floats:
         """The weighted sums of `x`; an entry of weight 0 is not touched, so it may be NaN."""
+        if self.weight.ndim == 2 and len(self.index) >= MANY:
+            return kernels.interpolation.gather(self.index, self.weight, x)
         result = np.zeros(len(self.index))
         for k in range(self.index.shape[1]):
             weight = self.weight if self.weight.ndim == 0 else self.weight[:, k]

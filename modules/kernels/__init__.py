@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from modules.kernels import cell_types as cell_types
     from modules.kernels import contour as contour
     from modules.kernels import crossings as crossings
+    from modules.kernels import interpolation as interpolation
     from modules.kernels import operators as operators
     from modules.kernels import refine as refine
     from modules.kernels import solid as solid

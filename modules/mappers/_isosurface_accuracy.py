@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from modules import kernels
 from modules.data.accuracy import Accuracy, Flag, Source, Term
-from modules.data.laws import Linear, second_derivative
+from modules.data.laws import curvature
 from modules.data.operators import Identity, scaling
 from modules.data.wires import Model
 from modules.mappers._contour_accuracy import FLATTEST, VALID
@@ -88,10 +88,7 @@ def _too_curved(model: Model, points: Floats, known: Accuracy, slope: Floats) ->
     if not len(points) or not known.select("value", "point"):
         return []
     error = known.total(1.0, "value")
-    weights, values = Linear().weights(model.grid, points), np.asarray(model.samples.values, float)
-    bend = np.zeros(len(points))
-    for axis in range(3):
-        np.maximum(bend, np.abs(np.nan_to_num(weights.apply(second_derivative(model.grid, values, axis).ravel()))), out=bend)
+    bend = np.abs(np.nan_to_num(curvature(model.grid, np.asarray(model.samples.values, float), points))).max(axis=1)
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         kappa = np.where(error > 0, error * bend / slope**2, 0.0)
     bad = np.flatnonzero(~(kappa <= VALID))
