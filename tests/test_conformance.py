@@ -25,6 +25,7 @@ NETWORKS = sorted((ROOT / "networks").glob("*.json"))
 NAMES_A_SOURCE = ("modellers", "mappers", "accuracy_mappers")
 
 ELSEWHERE: dict[str, str] = {
+    "mappers.colour_by.colour_by": "tests/modules/test_colour_by.py",
     "mappers.compare_traces.compare_traces": "tests/modules/test_compare_traces.py",
     "mappers.unsteady.unsteady": "tests/modules/test_unsteady.py",
     "modellers.calculator.calculator": "tests/modules/test_calculator.py",
