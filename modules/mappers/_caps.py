@@ -19,7 +19,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mesh = tuple[Floats, Ints]
 Axes = tuple[Floats, ...]
-Key = tuple[int, ...]
 
 
 def caps(values: Floats, axes: Axes, levels: tuple[float, float], meshes: Sequence[Mesh], progress: Progress) -> Mesh:
@@ -39,36 +38,44 @@ def caps(values: Floats, axes: Axes, levels: tuple[float, float], meshes: Sequen
         for arc in _arcs(points, open_edges(points, triangles), axes):
             arcs.setdefault(_face_of(points[arc[1:-1]], axes), []).append([start + v for v in arc])
         start += len(points)
-    node_of: dict[int, int] = {}
-    cut: list[tuple[int, int, int]] = []
+    cut, plain = [], [np.zeros((0, 4), np.int64)]
     inside = (values >= levels[0]) & (values < levels[1])
+    number = len(places) + np.arange(values.size)
     for axis in range(3):
-        progress.check()
-        p, q = ((axis + 1) % 3, (axis + 2) % 3)
         for side in (0, 1):
-            for u in range(shape[p] - 1):
-                for v in range(shape[q] - 1):
-                    face = _Face(axis, side, u, v, shape)
-                    mine = arcs.get((axis, side, u, v), [])
-                    nodes = face.nodes()
-                    if not mine and not inside.ravel()[nodes[0]]:
-                        continue
-                    ids = [node_of.setdefault(n, len(places) + len(node_of)) for n in nodes]
-                    cut += face.cut(mine, ids, values, axes, levels, places)
-    used = np.array(list(node_of), np.int64)
+            progress.check()
+            mine = {key[2:]: arc for key, arc in arcs.items() if key[:2] == (axis, side)}
+            plain.append(_whole_faces(inside, axis, side, list(mine)))
+            for at in sorted(mine):
+                face = _Face(axis, side, *at, shape)
+                cut += face.cut(mine[at], number[face.nodes()].tolist(), values, axes, levels, places)
+    faces = number[np.concatenate(plain)]
+    triangles = np.concatenate([faces[:, [3, 0, 1]], faces[:, [1, 2, 3]], np.array(cut, np.int64).reshape(-1, 3)])
+    used = np.unique(triangles[triangles >= len(places)]) - len(places)
     row, i = np.divmod(used, shape[0])
     k, j = np.divmod(row, shape[1])
-    points = np.column_stack([axes[0][i], axes[1][j], axes[2][k]])
-    return _kept(points, np.array(cut, np.int64).reshape(-1, 3), len(places))
+    place = np.arange(len(places) + values.size)
+    place[len(places) + used] = len(places) + np.arange(len(used))
+    return np.column_stack([axes[0][i], axes[1][j], axes[2][k]]), place[triangles]
 
 
-def _kept(points: Floats, triangles: Ints, first: int) -> Mesh:
-    """Without the nodes that no triangle has."""
-    used = np.zeros(len(points), bool)
-    used[triangles[triangles >= first] - first] = True
-    number = first + np.cumsum(used) - 1
-    moved = np.where(triangles >= first, number[np.maximum(triangles - first, 0)] if len(points) else triangles, triangles)
-    return points[used], moved
+def _whole_faces(inside: NDArray[np.bool_], axis: int, side: int, but: list[tuple[int, ...]]) -> Ints:
+    """(n, 4) the corners, anticlockwise as seen from outside, of the faces on a side of the grid that are between the levels.
+
+    Parameters
+    ----------
+    but : places of faces that an arc cuts
+    """
+    _, ny, nx = inside.shape
+    step = (1, nx, nx * ny)
+    p, q = (axis + 1) % 3, (axis + 2) % 3
+    here = np.moveaxis(np.moveaxis(inside.T, axis, 0)[-side], (0, 1), (0, 1) if p < q else (1, 0))[:-1, :-1].copy()
+    for at in but:
+        here[at] = False
+    u, v = np.nonzero(here)
+    first = side * (inside.shape[2 - axis] - 1) * step[axis] + u * step[p] + v * step[q]
+    ring = np.stack([first, first + step[p], first + step[p] + step[q], first + step[q]], axis=1)
+    return ring if side else ring[:, ::-1]
 
 
 def _on_lines(points: Floats, axes: Axes) -> NDArray[np.bool_]:
