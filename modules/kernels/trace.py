@@ -29,7 +29,7 @@ from modules.kernels._jit import jit, lean_part
 from modules.kernels.runge_kutta import PAIRS
 from modules.kernels.trace_beside import assess, chord, shortened, write
 from modules.kernels.trace_cell import HIGH, LOW, NT, TIMES, Flow, load, nowhere, onwards, place, time_of
-from modules.kernels.trace_fields import flow_of, measures
+from modules.kernels.trace_fields import cells_across, flow_of, measures
 from modules.kernels.trace_march import HIGHEST, LOWEST, Rules, advance, begin
 from modules.kernels.trace_step import APART, END, ERROR, SIZE, START, along, blank
 
@@ -49,6 +49,9 @@ REASONS = (
 _TIME, _PLACE, _VELOCITY, _RESIDUAL, _ERROR, _LOCAL, _WIDTH = 0, 1, 4, 7, 10, 13, 16
 _GO, _LEFT, _HOLE, _LONG, _SPENT, _STALLED, _NO_DATA = m.GO, m.LEFT, m.HOLE, m.LONG, m.SPENT, m.STALLED, m.NO_DATA
 _INSIDE, _FACE = m.INSIDE, m.FACE
+FINEST = 10 * float(np.finfo(float).eps)
+"""No local error can be kept below this part of the domain."""
+
 _TINY = 200  # steps below the smallest worth taking, one after the other, that end a trace
 
 
@@ -61,7 +64,7 @@ class Traces(NamedTuple):
     time : (n,) since the particle was released
     points, velocity : (n, 3) position, and velocity of the field there
     residual : (n, 3) velocity that the dense output infers less that of the field, thesis (5.8)
-    error : (n, 3) estimate of primary position - exact, by two half steps; zeros if not asked for
+    error : (n, 3) estimate of primary position - exact, by parts of the steps; zeros if not asked for
     local : (n, 3) error estimate of the step that holds the position
     reason : (p,) index into `REASONS`
     steps, refused, evaluations : (p,) counts
@@ -102,6 +105,9 @@ def rules_of(
 ) -> Rules:
     """The rules of a march through a field, checked.
 
+    Under the control "extent" with `faces` a step, which takes at most one cell, gets its share of the tolerance: so many
+    cells as lie across the domain make an error of about the tolerance together.
+
     Raises
     ------
     ValueError
@@ -115,7 +121,7 @@ def rules_of(
     if controlled and not method.estimate:
         raise ValueError(f"{pair} has no error estimate to control its steps by: take fixed steps, or by cell or curvature")
     highest = 0.01 if control == "nag" else 0.1
-    if controlled and not 10 * np.finfo(float).eps <= tolerance <= highest:
+    if controlled and not FINEST <= tolerance <= highest:
         raise ValueError(f"the tolerance must be from ten times the machine precision to {highest}, not {tolerance:g}")
     if not controlled and not size > 0:
         raise ValueError(f"the size of the steps must be positive, not {size:g}")
@@ -127,11 +133,13 @@ def rules_of(
     if not boxes and control == "nag":
         raise ValueError("the weights of NAG need a grid whose cells are boxes: let the extent control the steps")
     whole = float(np.linalg.norm(box[3] - box[2])) / speed if speed else 1.0
+    parts = 3 if method.order == 3 else 2
+    allowed = max(tolerance / cells_across(flow), FINEST) if faces and control == "extent" else tolerance
     return Rules(
-        CONTROLS[control], float(tolerance), float(size), 1.0 / (method.estimate + 1),
-        0.18 ** (method.estimate + 1), 1.0 / (1.0 - 0.5**method.order), box,
+        CONTROLS[control], float(allowed), float(size), 1.0 / (method.estimate + 1),
+        0.18 ** (method.estimate + 1), 1.0 / (1.0 - float(parts) ** -method.order), box,
         0.01 * whole, 1e-14 * whole, float(end), float(interval), float(length), int(steps), 1e-12 * speed, speed, bool(faces),
-        bool(halve), bool(assess), bool(subsidiary), not known,
+        bool(halve), bool(assess), parts, bool(subsidiary), not known,
     )  # fmt: skip
 
 
@@ -165,7 +173,8 @@ def march(
     cells : (p,) tetrahedra in which they begin, -1: none; needed there
     release : (p,) times at which they begin; that of the first values if not given
 
-    Accuracy: with `faces` the order of the method; the global error is estimated by two half steps, times 2^p / (2^p - 1).
+    Accuracy: with `faces` the order of the method; the global error is estimated by n parts of each step,
+        two or of order 3 three, times n^p / (n^p - 1).
     Source: Lopes 1999, 5.2.4; (5.3) to (5.7) with the control "nag".
     """
     at = np.ascontiguousarray(np.asarray(seeds, np.float64).reshape(-1, 3)).copy()

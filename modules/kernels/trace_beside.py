@@ -1,4 +1,4 @@
-"""Beside a march: a second one in half steps that tells the error of the first, and the rows that are kept of both."""
+"""Beside a march: a second one in parts of its steps that tells the error of the first, and the rows that are kept of both."""
 
 from __future__ import annotations
 
@@ -175,13 +175,12 @@ def assess(
     flow: Flow, here: Floats, beside: Floats, other: Integers, tableau: Floats, rules: Rules, clock: float, t: float,
     taken: float, step: Floats, half: Floats, rows: Floats, first: int, last: int, trust: Floats, sums: Floats,
 ) -> None:  # fmt: skip
-    """Follow the step in two halves, and enter what the two marches differ by; judge whether that is credible."""
-    worst = 0.0
-    if taken > 0.0:
-        h = 0.5 * taken
-        worst = follow(flow, beside, other, tableau, rules, clock, t, h, t + h, half, rows, first, last)
-        again = follow(flow, beside, other, tableau, rules, clock, t + h, h, np.inf, half, rows, first, last)
-        worst = max(worst, again)
+    """Follow the step in its parts, and enter what the two marches differ by; judge whether that is credible."""
+    worst, h = 0.0, taken / rules.parts
+    for part in range(rules.parts if taken > 0.0 else 0):
+        begun, until = t + part * h, (np.inf if part == rules.parts - 1 else t + (part + 1) * h)
+        found = follow(flow, beside, other, tableau, rules, clock, begun, h, until, half, rows, first, last)
+        worst = max(worst, found)
     p = place(flow.form, here, step[END, 0], step[END, 1], step[END, 2])
     q = place(flow.form, beside, half[START, 0], half[START, 1], half[START, 2])
     apart = 0.0
@@ -190,7 +189,7 @@ def assess(
         apart = max(apart, abs(p[c] - q[c]) / rules.box[SIDES, c])
     if rules.control > NAG:
         return
-    if worst >= 0.5 * rules.tolerance:
+    if worst >= rules.tolerance / rules.parts:
         trust[0] += 2.0
     elif worst >= 0.1 * rules.tolerance:
         trust[0] += 1.0

@@ -151,6 +151,13 @@ def measures(flow: Flow) -> tuple[Floats, float, bool, bool]:
     return np.stack([most - least, np.minimum(np.abs(least), np.abs(most)), low, high]), speed, bool(known.all()), boxes
 
 
+def cells_across(flow: Flow) -> int:
+    """About how many cells lie across the domain: along its axis of the most, of tetrahedra as if they made cubes of six."""
+    if flow.form == TETRA:
+        return max(1, round(float(np.cbrt(flow.whole[c.TETRAHEDRA] / 6))))
+    return int(flow.whole[c.NX : c.NX + 3].max()) - 1
+
+
 def _cubic(axes: list[Floats]) -> tuple[Integers, Floats]:
     """For each cell along each axis the first of its four samples, and each sample's weight in powers of the coordinate.
 

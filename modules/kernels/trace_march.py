@@ -79,15 +79,16 @@ class Rules(NamedTuple):
     tolerance : relative, of EXTENT and NAG
     size : time step of FIXED, part of a cell of CELL, angle of CURVATURE
     power, quick : 1 / (order of the error estimate + 1), and the part of the allowed error below which steps grow fivefold
-    factor : error of a step over its difference from two half steps, 2^p / (2^p - 1)
+    factor : error of a step over its difference from n parts, n^p / (n^p - 1)
     box : (4, 3) see SIDES
     first, smallest : sizes of the first step and of the smallest that is worth taking
     end, interval, length, steps : end time, time between samples (0: each step), largest length, most steps
     rest, mean : speed that is none, and the field's mean speed, in coordinates of the march
     faces : whether steps end on faces
     halve : whether a crossing of a cell takes at least two steps
-    assess : whether to march in half steps beside
-    subsidiary : whether the march in half steps is what is reported
+    assess : whether to march in parts of the steps beside
+    parts : how many; RKSUITE takes three of a method of order 3, so that their error is much smaller, else two
+    subsidiary : whether the march in parts is what is reported
     holes : whether there are samples that are no numbers
     """
 
@@ -109,6 +110,7 @@ class Rules(NamedTuple):
     faces: bool
     halve: bool
     assess: bool
+    parts: int
     subsidiary: bool
     holes: bool
 

@@ -16,7 +16,7 @@ Ints = NDArray[np.int64]
 
 HALF_STEPS = Source(
     "Integration", "mapping", "estimated",
-    "two half steps for each step, times 2^p / (2^p - 1); Lopes 1999, 5.2.4 [two half steps/1]",
+    "each step again in n = 2 parts, in 3 by a method of order 3, times n^p / (n^p - 1); Lopes 1999, 5.2.4 [two half steps/2]",
 )  # fmt: skip
 AGAIN = Source(
     "Integration", "mapping", "estimated",
@@ -33,13 +33,13 @@ class Told:
 
     Parameters
     ----------
-    estimate : half steps, re-integration or none
+    source : who estimates the integration's error; None if nobody was asked to
     report : primary or subsidiary
     safety : declared factor on the estimate
     why_not : why errors of samples and model are not carried, if they are not
     """
 
-    estimate: str
+    source: Source | None
     report: str = "primary"
     safety: float = 1.0
     why_not: str = ""
@@ -47,9 +47,9 @@ class Told:
 
 def integration(how: Told, error: Floats, unit: str) -> Accuracy:
     """The estimate of the global error along the traces as a term; what is missing if none was asked for."""
-    if how.estimate == "none":
+    source = how.source
+    if source is None:
         return Accuracy(missing=(Missing("Integration", "no estimate was asked for"),))
-    source = HALF_STEPS if how.estimate == "half steps" else AGAIN
     if how.report == "subsidiary":
         source = replace(source, name="Integration, of the primary trace", rule=f"the subsidiary trace is drawn; {source.rule}")
     if how.safety != 1.0:
@@ -109,7 +109,7 @@ def inherited(
 
 def trusted(runs: list[Run], time: Floats, seed: Ints, how: Told) -> list[Flag]:
     """Points from where on RKSUITE's test finds the assessment not credible."""
-    if how.estimate != "half steps":
+    if how.source != HALF_STEPS:
         return []
     late = np.zeros(len(time), bool)
     for run in runs:

@@ -8,12 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from modules import kernels
 from modules.api import (
-    Accuracy,
     Annotated,
-    Cells,
-    Field,
     Geometry,
     Literal,
     Model,
@@ -25,12 +21,12 @@ from modules.api import (
 )
 from modules.mappers import _trace_accuracy as known
 from modules.mappers._trace_field import Medium, medium
-from modules.mappers._trace_run import Run, against, answers, follow, order, time_unit
+from modules.mappers._trace_lines import drawn, ends, span
+from modules.mappers._trace_run import Run, against, answers, follow
 
 Floats = NDArray[np.float64]
 
-CROSSINGS = 2.0
-"""Automatic end time: that of so many diagonals of the domain at the mean speed."""
+SOURCES = {"half steps": known.HALF_STEPS, "re-integration": known.AGAIN, "none": None}
 
 
 class Traced(NamedTuple):
@@ -115,7 +111,7 @@ def trace(
     signs = {"forward": (1,), "backward": (-1,), "both": (-1, 1)}[direction]
     media = [medium([model], sign, seeds.points, space) for sign in signs]
     rules: dict[str, Any] = {
-        "control": control, "tolerance": tolerance, "size": step, "end": _end_time(media[0], end_time),
+        "control": control, "tolerance": tolerance, "size": step, "end": span(media[0], end_time),
         "interval": interval or 0.0, "length": math.inf if longest is None else longest, "steps": steps, "faces": restarts,
         "subsidiary": report == "subsidiary",
     }  # fmt: skip
@@ -128,8 +124,9 @@ def trace(
         errors.append(error)
         found.append(answers(model, run, part) if carried else None)
     whole = [f for f in found if f is not None]
-    how = known.Told(estimate, report, safety, _why_not(carry, media[0]))
-    return _drawn(model, seeds, runs, errors, whole if len(whole) == len(found) else None, how)
+    how = known.Told(SOURCES[estimate], report, safety, _why_not(carry, media[0]))
+    traces = drawn(model, seeds, runs, errors, whole if len(whole) == len(found) else None, how)
+    return Traced(traces, ends(model, seeds, runs))
 
 
 def _why_not(carry: bool, field: Medium) -> str:
@@ -152,81 +149,3 @@ def _run(
     finer = {"tolerance": rules["tolerance"] / 10} if controlled else {"size": rules["size"] / 2}
     again = follow(field, sign, pair, {**rules, **finer, "halve": rules["faces"]}, progress)
     return run, against(run.traces, again.traces)
-
-
-def _end_time(field: Medium, end_time: float | None) -> float:
-    if end_time is not None:
-        return end_time
-    box, speed, _known, _boxes = kernels.trace_fields.measures(field.flow)
-    return float(CROSSINGS * np.linalg.norm(box[3] - box[2]) / speed) if speed > 0 else 1.0
-
-
-def _drawn(
-    model: Model, seeds: Geometry, runs: list[Run], errors: list[Floats], found: list[Any] | None, how: known.Told
-) -> Traced:
-    """Lines, values and accuracy of all runs, and the table of ends."""
-    rows, offsets, seed = order(runs)
-    sign = np.repeat([r.sign for r in runs], [len(r.traces.time) for r in runs])[rows]
-    column = {
-        name: np.concatenate([getattr(r.traces, name) for r in runs])[rows]
-        for name in ("time", "points", "velocity", "residual", "local")
-    }
-    unit = model.grid.frame.length_unit(model.grid.dimensions)
-    time, velocity = column["time"] * sign, column["velocity"] * sign[:, None]
-    accuracy = Accuracy.join([
-        (known.integration(how, np.concatenate(errors)[rows], unit), None),
-        (Accuracy((known.residual(column["residual"] * sign[:, None], model.unit),)), None),
-        (known.inherited(model, seeds, seed, found, rows, unit, how), None),
-    ]).flag(*known.trusted(runs, time, seed, how))  # fmt: skip
-    sizes = np.diff(offsets)
-    drawn = np.flatnonzero(sizes > 1)
-    lines = Cells(np.concatenate([[0], np.cumsum(sizes[drawn])]).astype(np.int64), np.flatnonzero(np.repeat(sizes > 1, sizes)))
-    stretching = {}
-    if found is not None:
-        growth = np.concatenate([a.growth for a in found])[rows]
-        stretching["stretching"] = Field(np.linalg.norm(growth, 2, axis=(1, 2)) if len(growth) else np.zeros(0), "point")
-    traces = Geometry(
-        points=column["points"],
-        lines=lines,
-        values={
-            "time": Field(time, "point", time_unit(model.unit, unit)),
-            "speed": Field(np.linalg.norm(velocity, axis=1), "point", model.unit),
-            "velocity": Field(velocity, "point", model.unit),
-            "local error": Field(np.linalg.norm(column["local"], axis=1), "point", unit),
-            "seed": Field(drawn, "cell"),
-            **stretching,
-        },
-        origin=drawn.astype(np.int64),
-        cell=runs[0].medium.cell,
-        frame=model.grid.frame,
-        name=model.samples.name,
-        time=model.samples.time,
-        accuracy=accuracy,
-    )
-    return Traced(traces, _ends(model, seeds, runs))
-
-
-def _ends(model: Model, seeds: Geometry, runs: list[Run]) -> Table:
-    """How each trace ends: why, when and where, and what it took."""
-    names: tuple[str, ...] = kernels.trace.REASONS
-    columns: dict[str, list[NDArray[Any]]] = {}
-    for run in runs:
-        t = run.traces
-        last = np.maximum(t.offsets[1:] - 1, 0)
-        some = np.diff(t.offsets) > 0
-        place = np.where(some[:, None], t.points[last] if len(t.points) else 0.0, seeds.points)
-        time = np.where(some, t.time[last] if len(t.time) else 0.0, 0.0) * run.sign
-        values = {
-            "seed": np.arange(len(some)), "reason": np.array([names[k] for k in t.reason], dtype=np.str_), "time": time,
-            "x": place[:, 0], "y": place[:, 1], "z": place[:, 2], "length": t.length, "steps": t.steps,
-            "refused": t.refused, "evaluations": t.evaluations,
-        }  # fmt: skip
-        for name, value in values.items():
-            columns.setdefault(name, []).append(value)
-    unit = model.grid.frame.length_unit(model.grid.dimensions)
-    return Table(
-        columns={name: np.concatenate(parts) for name, parts in columns.items()},
-        units={**dict.fromkeys(("x", "y", "z", "length"), unit), "time": time_unit(model.unit, unit)},
-        name="ends",
-        accuracy=known.elsewhere(model, seeds),
-    )
