@@ -101,6 +101,8 @@ ACTIONS: Final = (
     Action("run_to", "Run to here", "Run", "Shift+F5", need="selection"),
     Action("fire", "Fire", "Run", "Ctrl+Return", need="selection", tip="Run the chosen module again"),
     Action("stop", "Stop", "Run", shown="Esc", icon="stop", need="running", tip="What has been computed is kept"),
+    Action("sequence", "Sequence", "Run", "Ctrl+Shift+P", icon="clock", apart=True,
+           tip="A parameter runs through values: a level that sweeps, a step of time, a ladder of tolerances"),
     Action("freeze", "Freeze", "Run", "Ctrl+Shift+F", icon="freeze", check=True, apart=True,
            tip="Nothing runs until you unfreeze; edits go on"),
     Action("hold", "Hold", "Run", "Ctrl+H", need="selection", tip="The module fires only when you press Fire"),

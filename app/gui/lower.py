@@ -12,10 +12,12 @@ from app.gui.budget_view import BudgetView
 from app.gui.overview_page import OverviewPage
 from app.gui.pages import LogPage, ProblemsPage
 from app.gui.places_page import FlagsPage, WorstPage
+from app.gui.sequence_page import SequencePage
 from app.gui.session import Session
 
 PAGES: Final = {
-    "budget": "Budget", "overview": "Network", "flags": "Flags", "worst": "Worst places", "problems": "Problems", "log": "Log",
+    "budget": "Budget", "overview": "Network", "flags": "Flags", "worst": "Worst places", "sequence": "Sequence",
+    "problems": "Problems", "log": "Log",
 }  # fmt: skip
 """Pages by the name of the action that shows them."""
 
@@ -41,6 +43,7 @@ class Lower(QTabWidget):
         self.overview = OverviewPage(session)
         self.flags = FlagsPage(session)
         self.worst = WorstPage(session)
+        self.sequence = SequencePage(session)
         self.problems = ProblemsPage(session)
         self.log = LogPage(session)
         self.setDocumentMode(True)

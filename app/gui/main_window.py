@@ -165,6 +165,7 @@ class MainWindow(QMainWindow):
         self.pages.counted.connect(lambda flags, _: self.status.tell_flags(flags))
         self.pages.zoomAsked.connect(self.zoom_to)
         self.pages.went.connect(self.canvas.go_to)
+        self.pages.sequence.exportAsked.connect(self.commands.export_frames)
         self.canvas.wireSelected.connect(self.pages.show_wire)
         self.canvas.helpRequested.connect(self.show_help)
         self.canvas.settingsRequested.connect(self.commands.settings_of)

@@ -27,6 +27,10 @@ class PartCommands:
         self.window.canvas.setFocus(Qt.FocusReason.ShortcutFocusReason)
         key_wiring.begin(self.window.canvas)
 
+    def sequence(self) -> None:
+        """The page of the sequencer."""
+        self.window.show_page("sequence")
+
     def librarian(self) -> None:
         """To the search of the librarian."""
         self.window.show_work()

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QFileDialog
+
+from app.gui import folders
+from app.gui.film import Film
 
 if TYPE_CHECKING:
     from app.gui.main_window import MainWindow
@@ -48,3 +54,17 @@ class ViewCommands:
         pane = self.window.views.active
         if pane is not None:
             pane.bookmark()
+
+    def export_frames(self, fps: int) -> None:
+        """Ask where, and write each frame of the sequence with its certificate, an index and a film."""
+        session, shown = self.window.session, self.window.views.shown
+        node = next((n for n in session.selection if n in shown), shown[0] if shown else "")
+        if not node:
+            session.message.emit("warning", "There is no view whose frames could be written: add a view")
+            return
+        stem = session.path.stem if session.path else "sequence"
+        start = str(folders.start("pictures", session.path) / f"{stem}-{node}.png")
+        words = "Export the frames: NAME-001.png and on"
+        chosen, _ = QFileDialog.getSaveFileName(self.window, words, start, "Pictures (*.png)")
+        if chosen:
+            Film(self.window, node, Path(chosen).with_suffix(".png"), fps)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from PIL import Image
@@ -88,7 +89,11 @@ def test_frames_are_pictures_with_certificates_and_a_film(
         assert content["network"]["edits"] == [f"contour.interval={frame['set']['contour.interval']}"]
     assert main(["check", "sweep-001.png"]) == 0
     with Image.open(tmp_path / told["film"]["file"]) as film:
-        assert film.n_frames == 2
+        assert frames(film) == 2
+
+
+def frames(film: Any) -> int:
+    return int(film.n_frames)
 
 
 def test_a_film_is_its_pictures_bit_by_bit(tmp_path: Path) -> None:
@@ -98,7 +103,7 @@ def test_a_film_is_its_pictures_bit_by_bit(tmp_path: Path) -> None:
         pictures.append((tmp_path / "one.png").read_bytes())
     (tmp_path / "film.png").write_bytes(pngtext.animated(pictures, 8))
     with Image.open(tmp_path / "film.png") as film:
-        assert film.n_frames == 3 and film.info["duration"] == 125
+        assert frames(film) == 3 and film.info["duration"] == 125
         for i, shade in enumerate((10, 120, 250)):
             film.seek(i)
             assert film.convert("RGB").getpixel((3, 3)) == (shade, 0, 255 - shade)
