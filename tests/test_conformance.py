@@ -26,14 +26,12 @@ NAMES_A_SOURCE = ("modellers", "mappers", "accuracy_mappers")
 
 ELSEWHERE: dict[str, str] = {
     "mappers.colour_by.colour_by": "tests/modules/test_colour_by.py",
-    "mappers.compare_traces.compare_traces": "tests/modules/test_compare_traces.py",
-    "mappers.unsteady.unsteady": "tests/modules/test_unsteady.py",
     "modellers.calculator.calculator": "tests/modules/test_calculator.py",
+    "modellers.probe.probe": "tests/modules/test_probe.py",
     "modellers.state_accuracy.state_accuracy": "tests/modules/test_state_accuracy.py",
     "modellers.triangulate.triangulate": "tests/modules/test_points.py",
     "readers.dataset.dataset": "tests/modules/test_readers.py",
     "readers.raw.raw": "tests/modules/test_readers_volumes.py",
-    "readers.series.series": "tests/modules/test_series.py",
     "readers.shapes.shapes": "tests/modules/test_readers.py",
     "readers.table.table": "tests/modules/test_points.py",
 }
