@@ -37,12 +37,14 @@ class Told:
     report : primary or subsidiary
     safety : declared factor on the estimate
     why_not : why errors of samples and model are not carried, if they are not
+    dense : whether there is a dense output, which tells a velocity residual
     """
 
     source: Source | None
     report: str = "primary"
     safety: float = 1.0
     why_not: str = ""
+    dense: bool = True
 
 
 def integration(how: Told, error: Floats, unit: str) -> Accuracy:
@@ -57,9 +59,11 @@ def integration(how: Told, error: Floats, unit: str) -> Accuracy:
     return Accuracy((_vector(source, how.safety * error, "position", unit),))
 
 
-def residual(error: Floats, unit: str) -> Term:
-    """The velocity that the dense output infers less that of the model."""
-    return _vector(RESIDUAL, error, "velocity", unit)
+def residual(how: Told, error: Floats, unit: str) -> Accuracy:
+    """The velocity that the dense output infers less that of the model, as a term."""
+    if not how.dense:
+        return Accuracy(missing=(Missing("Velocity residual", "a multi-step method has no dense output to infer a velocity"),))
+    return Accuracy((_vector(RESIDUAL, error, "velocity", unit),))
 
 
 def _vector(source: Source, error: Floats, quantity: str, unit: str) -> Term:

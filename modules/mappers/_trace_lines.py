@@ -50,7 +50,7 @@ def drawn(
     time, velocity = column["time"] * sign, column["velocity"] * sign[:, None]
     accuracy = Accuracy.join([
         (known.integration(how, np.concatenate(errors)[rows], unit), None),
-        (Accuracy((known.residual(column["residual"] * sign[:, None], model.unit),)), None),
+        (known.residual(how, column["residual"] * sign[:, None], model.unit), None),
         (known.inherited(model, seeds, seed, found, rows, unit, how), None),
     ]).flag(*known.trusted(runs, time, seed, how))  # fmt: skip
     sizes = np.diff(offsets)

@@ -55,22 +55,22 @@ def exact(values: Any, axes: Any, seeds: Any, times: Any) -> Exact:
         span = np.minimum(_reach(series), wanted[-1] - now[some])
         face, taken = _exits(series, span)
         low, edge = _box(axes, cell[some])
-        for row, i in enumerate(some.tolist()):
+        for row, i in enumerate(some):
             inside = np.flatnonzero((wanted > now[i]) & (wanted <= now[i] + taken[row]))
             if len(inside):
                 then = _polynomial(series[:, row, :, None], (wanted[inside] - now[i])[None])
                 found.points[i, inside] = np.asarray(low[row] + then.T * edge[row], float)
         now[some] += taken
         u[some] = np.clip(_polynomial(series, taken[:, None]), 0, 1)
-        for row in np.flatnonzero(face >= 0):
-            i, axis, side = int(some[row]), int(face[row]) >> 1, int(face[row]) & 1
-            cell[i, axis] += 1 if side else -1
-            u[i, axis] = 0 if side else 1
-            if not 0 <= cell[i, axis] <= len(axes[axis]) - 2:
-                cell[i, axis] -= 1 if side else -1
-                u[i, axis] = 1 if side else 0
-                going[i], found.left[i] = False, float(now[i])
-                found.exits[i] = np.asarray(low[row] + u[i] * edge[row], float)
+        for row in np.flatnonzero(face >= 0).tolist():
+            who, axis, side = int(some[row]), int(face[row]) >> 1, int(face[row]) & 1
+            cell[who, axis] += 1 if side else -1
+            u[who, axis] = 0 if side else 1
+            if not 0 <= cell[who, axis] <= len(axes[axis]) - 2:
+                cell[who, axis] -= 1 if side else -1
+                u[who, axis] = 1 if side else 0
+                going[who], found.left[who] = False, float(now[who])
+                found.exits[who] = np.asarray(low[row] + u[who] * edge[row], float)
     raise RuntimeError(f"a particle has not come to its end in {MOST} steps")
 
 
