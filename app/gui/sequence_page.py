@@ -59,7 +59,6 @@ class SequencePage(QWidget):
         self.values.setToolTip(HELP)
         self.fps.setSuffix(" frames a second")
         self.fps.setFixedWidth(180)
-        self.fps.setButtonSymbols(QSpinBox.ButtonSymbols.NoButtons)
         self.fps.setAccessibleName("Frames a second at most")
         self.fps.setToolTip("At most: a frame is shown when the one before has run")
         self.slider.setAccessibleName("Frame")
@@ -80,7 +79,6 @@ class SequencePage(QWidget):
         keys.setSpacing(8)
         for button in self.buttons.values():
             keys.addWidget(button)
-        self.buttons["Play"].setProperty("primary", True)
         keys.addWidget(self.words, 1)
         column = QVBoxLayout(self)
         column.setContentsMargins(16, 12, 16, 12)
