@@ -66,6 +66,17 @@ def attach(data: Any, values: NDArray[Any], on: str) -> None:
     where.SetScalars(array)
 
 
+def take_normals(data: Any, geometry: Geometry) -> bool:
+    """The geometry's own normals at its points, values "normal", for smooth light; whether it has any."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+
+    own = geometry.values.get("normal")
+    if own is None or own.place != "point" or own.values.ndim != 2 or geometry.primitives:
+        return False
+    data.GetPointData().SetNormals(numpy_to_vtk(np.ascontiguousarray(own.values, np.float32), deep=True))
+    return True
+
+
 def one_each(n: int) -> Cells:
     """N points, each a cell of its own."""
     return Cells(np.arange(n + 1, dtype=np.int64), np.arange(n, dtype=np.int64))

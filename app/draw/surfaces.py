@@ -62,14 +62,15 @@ def feed(props: Props, layer: Layer, style: Style) -> None:
         if on == "cell":
             values = values[len(shape.vertices) + len(shape.lines) :][~without]
         meshes.attach(data, values, on)
-    normals = vtkPolyDataNormals()
-    normals.SetInputData(data)
-    normals.SplittingOff()
-    normals.ConsistencyOff()
-    normals.SetComputePointNormals(look.smooth)
-    normals.SetComputeCellNormals(not look.smooth or look.relief)
-    normals.Update()
-    data = normals.GetOutput()
+    if not look.smooth or look.relief or not meshes.take_normals(data, shape):
+        normals = vtkPolyDataNormals()
+        normals.SetInputData(data)
+        normals.SplittingOff()
+        normals.ConsistencyOff()
+        normals.SetComputePointNormals(look.smooth)
+        normals.SetComputeCellNormals(not look.smooth or look.relief)
+        normals.Update()
+        data = normals.GetOutput()
     if look.relief:
         _light(data, look, values, on, style)
     props[0].GetMapper().SetInputData(data)

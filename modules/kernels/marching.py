@@ -136,8 +136,9 @@ def blocks(values: Floats) -> Blocks | None:
 
 
 def surface(
-    values: Floats, x: Floats, y: Floats, z: Floats, level: float, *, slabs: Slabs | None = None, index: Blocks | None = None
-) -> Surface:
+    values: Floats, x: Floats, y: Floats, z: Floats, level: float, *, slabs: Slabs | None = None, index: Blocks | None = None,
+    bent: bool = True,
+) -> Surface:  # fmt: skip
     """The isosurface F = level.
 
     Parameters
@@ -153,6 +154,8 @@ def surface(
         raises ends the work.
     index
         Of `blocks`, made once for these values: empty blocks are then passed by.
+    bent
+        Whether inflection points are used. Without them tunnels through cells are not seen.
 
     Returns
     -------
@@ -177,7 +180,7 @@ def surface(
 
     def first_pass(level: float) -> list[Found]:
         busy = _busy(index, level, (nz, ny, nx))
-        return each(lambda k: _find(grid, table, busy, level, k, min(k + LAYERS_A_SLAB, nz - 1)), starts)
+        return each(lambda k: _find(grid, table, busy, level, k, min(k + LAYERS_A_SLAB, nz - 1), bent), starts)
 
     level = float(level)
     found = first_pass(level)
@@ -189,7 +192,7 @@ def surface(
     if sizes[0] > MOST_POINTS:
         raise ValueError(f"the surface has {sizes[0]} points, more than {MOST_POINTS}: draw a part of the grid at a time")
     points, triangles = np.empty((sizes[0], 3)), np.empty((sizes[1], 3), np.int64)
-    each(lambda k: _write(grid, table, level, k, base, found, points, triangles), starts)
+    each(lambda k: _write(grid, table, level, k, base, found, points, triangles, bent), starts)
     special = sum(len(part.joined) for part in found)
     return Surface(points, triangles, sum(part.tunnels for part in found), special, level, (nz, ny, nx), tuple(found))
 
@@ -227,7 +230,7 @@ def _busy(index: Blocks | None, level: float, shape: tuple[int, int, int]) -> tu
     return busy.ravel(), wanted.ravel()
 
 
-def _find(grid: Grid, table: Tables, busy: tuple[Bytes, Bytes], level: float, first: int, last: int) -> Found:
+def _find(grid: Grid, table: Tables, busy: tuple[Bytes, Bytes], level: float, first: int, last: int, bent: bool) -> Found:
     """The first pass over layers first to last - 1."""
     nx, ny = len(grid.x), len(grid.y)
     cells = (last - first) * (ny - 1) * (nx - 1)
@@ -246,7 +249,7 @@ def _find(grid: Grid, table: Tables, busy: tuple[Bytes, Bytes], level: float, fi
     if strange:
         patches(
             grid.values, nx, ny, level, nodes, new_cell(), *all_polygons(), joined, patch_count.reshape(-1), inner, patch,
-            tunnels, tied,
+            tunnels, tied, bent,
         )  # fmt: skip
         layer = nodes // (nx * ny) - first
         np.add.at(counts[:, REST], layer, patch_count[:, 0])
@@ -263,8 +266,9 @@ def _bases(counts: Integers) -> tuple[Integers, tuple[int, int]]:
 
 
 def _write(
-    grid: Grid, table: Tables, level: float, first: int, base: Integers, found: list[Found], points: Floats, triangles: Integers
-) -> None:
+    grid: Grid, table: Tables, level: float, first: int, base: Integers, found: list[Found], points: Floats,
+    triangles: Integers, bent: bool,
+) -> None:  # fmt: skip
     """The second pass over a slab."""
     number = first // LAYERS_A_SLAB
     part, before = found[number], found[number - 1] if number else found[0]
@@ -280,16 +284,16 @@ def _write(
         table.around, table.turned, table.axes, table.start, table.face, ids, failed, points, triangles, *room_to_work(),
     )  # fmt: skip
     if failed[0]:
-        _mend(grid, level, failed[2 : 2 * failed[0] + 2].reshape(-1, 2), points)
+        _mend(grid, level, failed[2 : 2 * failed[0] + 2].reshape(-1, 2), points, bent)
 
 
-def _mend(grid: Grid, level: float, failed: Integers, points: Floats) -> None:
+def _mend(grid: Grid, level: float, failed: Integers, points: Floats, bent: bool) -> None:
     """The inner points that the fast search did not find, in the careful way."""
     nx, ny, n = len(grid.x), len(grid.y), len(failed)
     nodes, counts, inner = np.ascontiguousarray(failed[:, 1]), np.empty(2 * n, np.int64), np.empty(24 * n)
     patches(
         grid.values, nx, ny, level, nodes, new_cell(), *all_polygons(), np.empty(n, np.int64), counts, inner,
-        np.empty(144 * n, np.uint8), np.zeros(1, np.int64), np.full(1, math.inf),
+        np.empty(144 * n, np.uint8), np.zeros(1, np.int64), np.full(1, math.inf), bent,
     )  # fmt: skip
     at = inner[: 3 * n].reshape(n, 3)
     for axis, (coordinates, step) in enumerate(((grid.x, 1), (grid.y, nx), (grid.z, nx * ny))):

@@ -70,6 +70,14 @@ index: Any = np.uintp
 """For a place that is never negative: nothing is then done to count from the end."""
 
 
+def frozen(values: Floats, x: Floats, y: Floats, z: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Values and axes as one-dimensional arrays for a kernel: one signature for arrays that may and may not be written."""
+    flat = tuple(np.ascontiguousarray(array, np.float64).reshape(-1).view() for array in (values, x, y, z))
+    for array in flat:
+        array.flags.writeable = False
+    return flat[0], flat[1], flat[2], flat[3]
+
+
 def new_cell() -> Cell:
     """Room for one cell."""
     return np.zeros(1, CELL)[0]

@@ -55,8 +55,11 @@ def joined_faces(corner: Floats, level: float, code: int, faces: int) -> tuple[i
 
 
 @lean_part
-def patch(cell: Cell, number: int) -> int:
-    """The inner points and triangles of a cell of known values and polygons; bits of the polygons joined through it."""
+def patch(cell: Cell, number: int, bent: bool) -> int:
+    """The inner points and triangles of a cell of known values and polygons; bits of the polygons joined through it.
+
+    Without inflection points (`bent` is false) each polygon is closed by itself.
+    """
     for polygon in range(number):
         for k in range(cell.start[polygon], cell.start[polygon + 1]):
             edge, face, slot = cell.loop[k], cell.face[k], cell.slot[k]
@@ -64,13 +67,13 @@ def patch(cell: Cell, number: int) -> int:
             place_shoulder(cell.value, face, cell.arc[face, slot, 0], cell.arc[face, slot, 1], cell.at[12 + 2 * face + slot])
     cell.count[0] = cell.count[1] = 0
     met = 0
-    if inflections(cell.value, cell.bend) == 6 and hexagon(cell):
+    if inflections(cell.value, cell.bend) == 6 and bent and hexagon(cell):
         met = hexagon_patch(cell, number)
     for polygon in range(number):
         if (met >> polygon) & 1:
             continue
         size, axes = cell.start[polygon + 1] - cell.start[polygon], bent_back(cell, polygon)
-        if axes and loop_back_patch(cell, polygon, size, axes):
+        if axes and bent and loop_back_patch(cell, polygon, size, axes):
             continue
         centre = INNER + cell.count[0]
         inner_point(cell, polygon, size, cell.at[centre])
@@ -83,7 +86,7 @@ def patch(cell: Cell, number: int) -> int:
 def patches(
     values: Floats, nx: int, ny: int, level: float, nodes: Integers, cell: Cell,
     row: npt.NDArray[np.int16], shape: npt.NDArray[np.int8], ambiguous: Bytes, joined: Integers, counts: Integers,
-    inner: Floats, triangle: Bytes, tunnels: Integers, tied: Floats,
+    inner: Floats, triangle: Bytes, tunnels: Integers, tied: Floats, bent: bool,
 ) -> None:
     """The patches of some cells, each known by its first node.
 
@@ -96,6 +99,7 @@ def patches(
     tunnels : its item is raised for each tunnel
     tied : its item is lowered to the largest |value - level| of each cell where the level meets a corner, a saddle of a
         face or a double inflection point exactly
+    bent : whether inflection points are used
     """
     corner, points, corners = cell.given, 0, 0
     for n in range(len(nodes)):
@@ -108,7 +112,7 @@ def patches(
         joined[n], saddle = joined_faces(corner, level, code, int64(ambiguous[code]))
         if size < tied[0] and (tie or saddle or has_double_inflection(cell.value)):
             tied[0] = size
-        met = patch(cell, take_polygons(cell, shape[row[64 * code + joined[n]]]))
+        met = patch(cell, take_polygons(cell, shape[row[64 * code + joined[n]]]), bent)
         tunnels[0] += met != 0 and cell.count[1] > 0 and (met & (met - 1)) != 0
         counts[2 * n], counts[2 * n + 1] = cell.count[0], cell.count[1]
         for m in range(cell.count[0]):

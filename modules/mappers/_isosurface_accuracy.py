@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -17,12 +18,20 @@ from modules.mappers._contour_accuracy import FLATTEST, VALID
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+ONE_WAY = (
+    "Bernstein coefficients over the least slope in the swept box, else the way to an edge that the surface crosses; largest "
+    "of the triangles at a point [triangle-reach/2]"
+)
+BOTH_WAYS = ONE_WAY + "; and from the surface to the triangles, by boxes in which it is a graph [surface-reach/1]"
+SLACK = 2.0**-44
+"""Of the numbers involved: what rounding may add."""
+
 EXACT_TOPOLOGY = "asymptotic decider and inflection points; Lopes 1999, 4.2 [accurate-cells/1]"
 
 
 def position(
     model: Model, axes: tuple[Floats, ...], level: float, points: Floats, triangles: Ints, cell: Ints, method: str, unit: str,
-    most: float = np.inf, slabs: Any = None,
+    most: float = np.inf, slabs: Any = None, both: bool = False,
 ) -> tuple[Accuracy, Floats]:
     """Errors of the values as displacements of the points, and the proven distance of the triangles.
 
@@ -32,28 +41,54 @@ def position(
     unit : of lengths
     most : a distance that the method never exceeds
     slabs : shares the proof, as `Progress.map` does
+    both : whether the distance counts the other way round too, from the surface to the triangles of a cell
 
     Returns
     -------
-    Accuracy; (m,) proven distance, nan where there is none
+    Accuracy; (m,) proven distance
 
     Accuracy: displacement = error / |grad F|, to first order; flagged where that fails.
     """
     values = np.asarray(model.samples.values, float)
     reach, slope = kernels.marching_distance.distances(values, *axes, level, points, triangles, cell, slabs=slabs)
+    finely = np.isfinite(reach)
+    reach[~finely] = coarse(values, axes, level, points, triangles[~finely], cell[~finely])
     reach = np.minimum(reach, most)
     accuracy = displaced(model, points, model.at(points)[1], slope, unit)
-    proven = np.isfinite(reach)
+    if both:
+        back = kernels.marching_reverse.distances(values, *axes, level, points, triangles, cell, reach, slabs=slabs)
+        reach = np.maximum(reach, back)
     farthest = np.zeros(len(points))
-    np.maximum.at(farthest, triangles.ravel(), np.repeat(np.where(proven, reach, 0.0), 3))
-    source = Source(
-        "Triangles instead of the curved surface", "mapping", "proven",
-        "Bernstein coefficients over the least slope in the swept box; largest of the triangles at a point [triangle-reach/1]",
-    )  # fmt: skip
+    np.maximum.at(farthest, triangles.ravel(), np.repeat(reach, 3))
+    source = Source("Triangles instead of the curved surface", "mapping", "proven", BOTH_WAYS if both else ONE_WAY)
     terms = [Term(source, "bound", "position", unit, farthest, Identity(len(points)))]
     if method == "accurate":
         terms.append(exact_topology(len(points), unit, EXACT_TOPOLOGY))
-    return accuracy.add(*terms).flag(*_unproven(proven)), np.where(proven, reach, np.nan)
+    return accuracy.add(*terms).flag(*_coarsely(finely)), reach
+
+
+def coarse(values: Floats, axes: tuple[Floats, ...], level: float, points: Floats, triangles: Ints, cell: Ints) -> Floats:
+    """A distance that no point of a triangle exceeds, proven without the slope: (m,).
+
+    The surface crosses each edge of the cell of which one end is below the level and the other is not: no point of a triangle
+    is farther from there than its farthest corner.
+    """
+    corner = points[triangles]
+    row, i = np.divmod(cell, len(axes[0]) - 1)
+    k, j = np.divmod(row, len(axes[1]) - 1)
+    low, high = (np.stack([axis[n + side] for axis, n in zip(axes, (i, j, k), strict=True)], axis=1) for side in (0, 1))
+    best = np.linalg.norm(high - low, axis=1)
+    for along, a, b in itertools.product(range(3), (0, 1), (0, 1)):
+        start = np.insert([a, b], along, 0)
+        stop = np.insert([a, b], along, 1)
+        f0, f1 = (values[k + at[2], j + at[1], i + at[0]] for at in (start, stop))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = (level - f0) / (f1 - f0)
+        place = np.where(start, high, low)
+        place[:, along] += share * (high - low)[:, along]
+        away = np.linalg.norm(corner - place[:, None], axis=2).max(axis=1)
+        best = np.where((f0 >= level) != (f1 >= level), np.fmin(best, away), best)
+    return np.asarray(best * (1 + SLACK) + SLACK * max(float(np.abs(axis).max()) for axis in axes))
 
 
 def displaced(model: Model, points: Floats, known: Accuracy, slope: Floats, unit: str) -> Accuracy:
@@ -75,12 +110,12 @@ def exact_topology(n: int, unit: str, rule: str) -> Term:
     return Term(source, "bound", "position", unit, np.asarray(0.0), Identity(n))
 
 
-def _unproven(proven: NDArray[np.bool_]) -> list[Flag]:
-    bad = np.flatnonzero(~proven)
-    if not len(bad):
+def _coarsely(finely: NDArray[np.bool_]) -> list[Flag]:
+    rough = np.flatnonzero(~finely)
+    if not len(rough):
         return []
-    words = f"no distance could be proven for {len(bad)} of {len(proven)} triangles: the slope may vanish beside them"
-    return [Flag("unproven", words, "cell", bad)]
+    words = f"only a coarse distance is proven for {len(rough)} of {len(finely)} triangles: the slope may vanish beside them"
+    return [Flag("coarse", words, "cell", rough)]
 
 
 def _too_curved(model: Model, points: Floats, known: Accuracy, slope: Floats) -> list[Flag]:

@@ -112,6 +112,7 @@ def _bent(model: Model, progress: Progress, plain: Plain, level: float, drawing:
     assert isinstance(grid, Curvilinear)
     unit, lattice = grid.frame.length_unit(3), lattice_of(grid)
     flat = replace(model.samples, grid=lattice, accuracy=EXACT)
+    drawing = {**drawing, "normals": "triangles"}  # those of the lattice are not those of space
     drawn = plain(Model(samples=flat, law=model.law, accuracy=EXACT), progress, level=level, **drawing)
     at = drawn.points
     own = Model(samples=replace(flat, accuracy=model.samples.accuracy), law=model.law, accuracy=model.accuracy)

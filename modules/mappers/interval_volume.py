@@ -11,13 +11,11 @@ from modules.api import (
     Annotated,
     Cells,
     Field,
-    Gather,
     Geometry,
     Identity,
     Missing,
     Model,
     NamedTuple,
-    Operator,
     Progress,
     Range,
     Rectilinear,
@@ -28,6 +26,7 @@ from modules.api import (
     mapper,
 )
 from modules.mappers._caps import caps
+from modules.mappers._isosurface_together import known_together
 from modules.mappers.isosurface import isosurface
 
 Floats = NDArray[np.float64]
@@ -45,7 +44,7 @@ class IntervalVolume(NamedTuple):
     volume: Value
 
 
-@mapper("Interval volume", aliases=("between two levels", "shell", "thick surface", "solid"))
+@mapper("Interval volume", version=2, aliases=("between two levels", "shell", "thick surface", "solid"))
 def interval_volume(
     model: Model,
     progress: Progress,
@@ -105,28 +104,9 @@ def interval_volume(
         frame=grid.frame,
         name=model.samples.name,
         time=model.samples.time,
-        accuracy=_together(sheets, n),
+        accuracy=known_together(sheets, n),
     )
     return IntervalVolume(surface, _volume(model, values, grid.axes, low, high, cuts))
-
-
-def _together(sheets: list[Geometry], n: int) -> Accuracy:
-    """What is known of the points of both surfaces; the corners of the grid on its border are exact."""
-    parts: list[tuple[Accuracy, Operator | None]] = []
-    start = 0
-    for sheet in sheets:
-        m = len(sheet.points)
-        index, weight = np.zeros((n, 1), np.int64), np.zeros((n, 1))
-        index[start : start + m, 0], weight[start : start + m] = np.arange(m), 1.0
-        flagged = Accuracy(sheet.accuracy.terms, sheet.accuracy.missing, (), sheet.accuracy.ended)
-        if m:
-            parts.append((flagged, Gather(index, weight, m)))
-        else:
-            parts.append((Accuracy(missing=sheet.accuracy.missing).end_from(sheet.accuracy, "no surface"), None))
-        start += m
-    accuracy = Accuracy.join(parts)
-    unproven = sum(flag.count for sheet in sheets for flag in sheet.accuracy.flags if flag.name == "unproven")
-    return accuracy.miss(Missing("Distance", f"not proven for {unproven} triangles")) if unproven else accuracy
 
 
 def _volume(model: Model, values: Floats, axes: tuple[Floats, ...], low: float, high: float, cuts: int) -> Value:

@@ -9,6 +9,7 @@ from modules.api import Accuracy, Model, Progress, Rectilinear, Samples, bound
 from modules.data.grid import Regular
 from modules.mappers.isosurface import isosurface
 from modules.readers.corner_cell import CELLS, corner_cell
+from tests.oracles.topology import components
 
 METHODS = ("accurate", "classic", "flying_edges")
 
@@ -93,11 +94,90 @@ def test_an_uneven_grid_gives_the_same_ball() -> None:
     assert np.linalg.norm(g.points, axis=1) == pytest.approx(np.sqrt(0.5), abs=0.1)
 
 
-def test_a_flat_cell_is_flagged_unproven() -> None:
+def test_a_flat_cell_has_a_coarse_distance_and_is_flagged() -> None:
     model = Model.between(corner_cell(figure="4.11"))
     g = drawn(model, level=0.0)
-    assert any(flag.name == "unproven" for flag in g.accuracy.flags)
-    assert np.isnan(g.values["distance"].values).any()
+    rough = next(flag for flag in g.accuracy.flags if flag.name == "coarse").items
+    fine = drawn(model, level=0.0, method="subdivided", cuts=20).points  # within a twentieth of all of the surface
+    corner = np.concatenate([g.points[g.triangles], g.points[g.triangles].mean(axis=1, keepdims=True)], axis=1)
+    away = np.linalg.norm(corner[:, :, None] - fine, axis=3).min(axis=2).max(axis=1)
+    distance = g.values["distance"].values
+    assert (away[rough] <= distance[rough] + 0.05).all()
+    assert (distance[rough] < 1.0).all()
+
+
+def test_several_levels_are_one_geometry() -> None:
+    model = ball()
+    both, parts = drawn(model, levels=(0.6, 0.2)), [drawn(model, level=level) for level in (0.2, 0.6)]
+    assert [len(both.points), len(both.triangles)] == [sum(len(getattr(p, n)) for p in parts) for n in ("points", "triangles")]
+    assert set(both.values["level"].values) == {0.2, 0.6}
+    for name in ("distance", "normal", "grid cell"):
+        np.testing.assert_array_equal(both.values[name].values, np.concatenate([p.values[name].values for p in parts]))
+    first = len(parts[0].points)
+    for name in {t.name for t in both.accuracy.terms}:
+        alone = [sum(t.error() for t in p.accuracy.terms if t.name == name) for p in parts]
+        joined = sum(t.error() for t in both.accuracy.terms if t.name == name)
+        np.testing.assert_allclose(joined[:first], np.broadcast_to(alone[0], (first,)))
+        np.testing.assert_allclose(joined[first:], np.broadcast_to(alone[1], (len(both.points) - first,)))
+
+
+def test_flags_of_several_levels_name_their_own_triangles() -> None:
+    model = Model.between(corner_cell(figure="4.11"))
+    both, one = drawn(model, levels=(-0.01, 0.0)), drawn(model, level=-0.01)
+    items = np.concatenate([f.items for f in both.accuracy.flags if f.name == "coarse"])
+    zero = next(f for f in drawn(model, level=0.0).accuracy.flags if f.name == "coarse")
+    assert set(zero.items + len(one.triangles)) <= set(items)
+
+
+@pytest.mark.parametrize("normals", ["nodes", "cells"])
+def test_normals_of_a_ball_look_outwards(normals: str) -> None:
+    g = drawn(ball(21), level=0.4, normals=normals)
+    outwards = g.points / np.linalg.norm(g.points, axis=1, keepdims=True)
+    normal = g.values["normal"].values
+    assert np.linalg.norm(normal, axis=1) == pytest.approx(1.0, abs=1e-5)
+    assert (np.einsum("na,na->n", outwards, normal) > 0.99).all()
+
+
+def test_normals_where_the_field_is_flat_are_those_of_triangles() -> None:
+    values = np.zeros((3, 3, 3))
+    values[1, 1, 1] = 1e-200  # its square is 0
+    g = drawn(Model.between(Samples(grid=Rectilinear((np.arange(3.0),) * 3), values=values, accuracy=Accuracy())), level=5e-201)
+    assert np.linalg.norm(g.values["normal"].values, axis=1) == pytest.approx(1.0, abs=1e-5)
+
+
+def test_each_kind_of_further_point_pays() -> None:
+    model = ball(noise=0.05)
+    worst = {
+        switch: np.quantile(drawn(model, level=0.4, **({switch: False} if switch else {})).values["distance"].values, 0.9)
+        for switch in ("", "on_faces", "inside")
+    }
+    assert worst[""] < worst["on_faces"]
+    assert worst[""] < worst["inside"]
+
+
+def test_without_inflections_tunnels_are_not_seen_and_that_is_said() -> None:
+    model = Model.between(corner_cell(figure="4.29 b"))
+    with_them, without = (drawn(model, level=0.0, inflections=on) for on in (True, False))
+    assert [components(len(g.points), g.triangles) for g in (with_them, without)] == [1, 2]
+    assert any(m.name == "Topology of the surface" for m in without.accuracy.missing)
+    assert not any(m.name == "Topology of the surface" for m in with_them.accuracy.missing)
+
+
+def test_the_distance_both_ways_holds_and_is_no_smaller() -> None:
+    model = ball(noise=0.05)
+    one, both = (drawn(model, level=0.4, both_ways=on) for on in (False, True))
+    assert (both.values["distance"].values >= one.values["distance"].values).all()
+    fine = drawn(model, level=0.4, method="subdivided", cuts=6)
+    most = np.full(int(both.values["grid cell"].values.max()) + 1, 0.0)
+    np.maximum.at(most, both.values["grid cell"].values, both.values["distance"].values)
+    known = fine.values["grid cell"].values < len(most)
+    import pyvista
+
+    mesh = pyvista.PolyData(both.points, np.insert(both.triangles, 0, 3, axis=1).ravel())
+    middle = fine.points[fine.triangles].mean(axis=1)[known]
+    off = fine.values["distance"].values[known]
+    away = np.abs(pyvista.PolyData(middle).compute_implicit_distance(mesh)["implicit_distance"])
+    assert (away <= most[fine.values["grid cell"].values[known]] + off + 1e-9).all()
 
 
 def test_exact_topology_is_said_only_of_the_accurate_method() -> None:
