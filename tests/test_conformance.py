@@ -27,6 +27,10 @@ NAMES_A_SOURCE = ("modellers", "mappers", "accuracy_mappers")
 ELSEWHERE: dict[str, str] = {
     "mappers.colour_by.colour_by": "tests/modules/test_colour_by.py",
     "modellers.calculator.calculator": "tests/modules/test_calculator.py",
+    "modellers.difference.difference": "tests/modules/test_field_difference.py",
+    "modellers.ensemble.ensemble": "tests/modules/test_ensemble.py",
+    "modellers.histogram.histogram": "tests/modules/test_statistics.py",
+    "modellers.statistics.statistics": "tests/modules/test_statistics.py",
     "modellers.probe.probe": "tests/modules/test_probe.py",
     "modellers.state_accuracy.state_accuracy": "tests/modules/test_state_accuracy.py",
     "modellers.triangulate.triangulate": "tests/modules/test_points.py",

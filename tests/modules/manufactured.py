@@ -110,7 +110,7 @@ def runner(function: Callable[..., Any], record: Module, field: Field, settings:
 
     def wired(samples: Samples, kind: type, many: bool) -> Any:
         one = interpolate(samples) if kind is Model else samples
-        return [one] if many else one
+        return [one, one] if many else one
 
     def run(values: Mapping[str, Floats]) -> Any:
         inputs = {
@@ -134,7 +134,8 @@ class Seen:
 
 
 def seen(outcome: Any) -> Seen:
-    """A model is looked at between its samples, samples at themselves."""
+    """A model is looked at between its samples, samples at themselves; of several outputs the first."""
+    outcome = outcome[0] if isinstance(outcome, tuple) else outcome
     if isinstance(outcome, Model):
         low, high = np.array(outcome.grid.bounds).reshape(3, 2).T
         points = np.random.default_rng(9).uniform(low, high, (200, 3))
@@ -224,7 +225,8 @@ def untrue(
     """What a modeller states of errors of its own that is not so, of data without any."""
     more = {record.progress: Progress()} if record.progress else {}
     ports = [p for p in record.ports if not p.optional]
-    inputs = {p.name: interpolate(field.samples) if p.type is Model else field.samples for p in ports}
+    data = {Model: interpolate(field.samples), Samples: field.samples}
+    inputs = {p.name: [data[p.type]] * 2 if p.many else data[p.type] for p in ports}
     outcome = seen(function(**inputs, **more, **settings))
     own = [t for t in outcome.accuracy.terms if t.kind in ("signed", "bound")]
     if not own:

@@ -126,6 +126,11 @@ def steepness(field: Field, out: Seen, settings: Mapping[str, Any]) -> Floats:
     return np.hypot(p, q) if measure == "grade" else np.degrees(np.arctan(np.hypot(p, q)))
 
 
+def nothing(field: Field, out: Seen, settings: Mapping[str, Any]) -> Floats:
+    """A field less itself."""
+    return 0 * field.value(out.points)
+
+
 TRUTH: Mapping[str, Truth] = {
     "state_accuracy": within,
     "interpolate": within,
@@ -141,6 +146,8 @@ TRUTH: Mapping[str, Truth] = {
     "quantise": within,
     "add_noise": within,
     "calculator": by_formula,
+    "difference": nothing,
+    "ensemble": within,
 }
 """Modeller -> what it would give of the field itself, if it made no error of its own."""
 
