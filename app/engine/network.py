@@ -259,7 +259,7 @@ class Network:
     def move(self, places: Mapping[str, tuple[float, float]]) -> Network:
         """With nodes at other places of the canvas."""
         moved = {n: replace(self[n], view={**self[n].view, "position": [float(x), float(y)]}) for n, (x, y) in places.items()}
-        return replace(self, nodes={**self.nodes, **moved})
+        return self._wired_alike({**self.nodes, **moved})
 
     def settle(self, **settings: Any) -> Network:
         """With other settings of the document.
@@ -374,7 +374,14 @@ class Network:
     # --- inside
 
     def _with(self, node: Node) -> Network:
-        return replace(self, nodes={**self.nodes, node.id: node})
+        nodes = {**self.nodes, node.id: node}
+        return self._wired_alike(nodes) if node.id in self.nodes else replace(self, nodes=nodes)
+
+    def _wired_alike(self, nodes: Mapping[str, Node]) -> Network:
+        """With other nodes of the same names: what is known of order and wires stays true."""
+        network = replace(self, nodes=nodes)
+        network.__dict__.update({name: self.__dict__[name] for name in ("graph", "order", "incoming") if name in self.__dict__})
+        return network
 
     def _free(self, name: str) -> str:
         if not NAME.fullmatch(name):

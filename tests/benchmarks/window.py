@@ -177,7 +177,7 @@ def is_reader(session: Session, node: str) -> bool:
 
 
 def drag(app: QApplication, window: MainWindow, seconds: float) -> None:
-    """A node dragged at 60 Hz for a minute while its network is shown."""
+    """A node dragged at 60 Hz for a minute while its network is shown, with all in view."""
     session = window.session
     name = next(iter(session.network.nodes))
     pump(app, lambda: not session.runs.busy)
@@ -187,8 +187,9 @@ def drag(app: QApplication, window: MainWindow, seconds: float) -> None:
             session.amend(session.network.move({name: (300 + 100 * (sent % 120) / 120, 200.0 + sent % 50)}))
             sent += 1
             wait(app, begin + sent / 60)
-    print(f"  {seconds:g} s of dragging at 60 Hz: {sent} moves, longest gap of the event loop {max(gaps) * 1e3:.0f} ms,"
-          f" memory +{memory() - before:.1f} MiB")
+    late = sorted(gaps)[int(0.99 * len(gaps))]
+    print(f"  {seconds:g} s of dragging at 60 Hz, {len(session.network.nodes)} nodes: {sent} moves, gaps of the event loop"
+          f" {late * 1e3:.0f} ms (99 %), {max(gaps) * 1e3:.0f} ms (longest), memory +{memory() - before:.1f} MiB")
     session.history.saved()
 
 
@@ -225,6 +226,7 @@ def main() -> None:
         print(f"  platform {app.platformName()}")
         try:
             opening(app, window)
+            drag(app, window, 5.0 if quick else 60.0)
             slider(app, window)
             drag(app, window, 5.0 if quick else 60.0)
             rounds(app, window, 20 if quick else 200)
