@@ -77,7 +77,15 @@ class Commands(PartCommands, ViewCommands):
     def add_data(self, files: Iterable[Path]) -> None:
         """Add readers of files, with a first picture in an empty network."""
         for file in dropping.gathered(list(files)):
-            dropping.read(self.session, file, lambda: self.window.show_work())
+            dropping.read(self.session, file, lambda: self.window.show_work(), self._ask_shape)
+
+    def _ask_shape(self, file: Path, facts: dict[str, Any], then: dropping.Asked) -> None:
+        """A file of plain numbers: the user says what they are."""
+        from app.gui.raw_dialog import ReadRaw
+
+        dialog = ReadRaw(self.session, file, facts, self.window)
+        dialog.accepted.connect(lambda: then(dialog.parameters))
+        dialog.open()
 
     def save(self) -> bool:
         """Save; ask where if there is no file yet."""

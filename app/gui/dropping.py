@@ -48,8 +48,18 @@ def pattern_of(some: Sequence[Path]) -> Path | None:
     return some[0].parent / "".join("*" if i == differ[0] else word for i, word in enumerate(parts[0]))
 
 
-def read(session: Session, file: Path, done: Callable[[], object]) -> None:
-    """Add a reader of a file; in an empty network with a model and a first picture. Files are looked at in a thread."""
+Asked = Callable[[dict[str, Any]], None]
+Ask = Callable[[Path, dict[str, Any], Asked], object]
+
+
+def read(session: Session, file: Path, done: Callable[[], object], ask: Ask) -> None:
+    """Add a reader of a file; in an empty network with a model and a first picture. Files are looked at in a thread.
+
+    Parameters
+    ----------
+    done : called when the network has it
+    ask : called with the file, its facts and what to call with the parameters, of a file that does not say what it holds
+    """
 
     def look() -> Any:
         return reader_of(session, file)
@@ -62,8 +72,15 @@ def read(session: Session, file: Path, done: Callable[[], object]) -> None:
         if not isinstance(found, tuple):
             session.message.emit("error", f"{file.name} cannot be read: {found or 'no reader takes it'}")
             return
+        record, facts = found
+        if facts.get("problem"):
+            ask(file, facts, lambda parameters: put(record, facts, parameters))
+        else:
+            put(record, facts, {})
+
+    def put(record: Module, facts: dict[str, Any], parameters: dict[str, Any]) -> None:
         try:
-            network, node = added(session, file, *found)
+            network, node = added(session, file, record, facts, parameters)
         except NoniusError as error:
             session.message.emit("error", str(error))
             return
@@ -78,7 +95,7 @@ def read(session: Session, file: Path, done: Callable[[], object]) -> None:
 
 def reader_of(session: Session, file: Path) -> tuple[Module, dict[str, Any]] | str:
     """The reader that takes a file with what it says of it; or why the one whose kind of file it is does not."""
-    why, second = "", None  # second: takes the file, though its points lie on no lattice
+    why, second, bare = "", None, None  # second: takes the file, though its points lie on no lattice
     for record in session.catalogue.room("readers"):
         if record.peek is None:
             continue
@@ -90,15 +107,19 @@ def reader_of(session: Session, file: Path) -> tuple[Module, dict[str, Any]] | s
         problem = facts.get("problem")
         if not problem and facts.get("lattice", True):
             return record, facts
+        if facts.get("bytes") and not facts.get("foreign"):  # numbers without a header: the user is asked
+            bare = (record, facts)
         if not problem:
             second = second or (record, facts)
         elif not facts.get("foreign"):
             why = why or str(problem)
     kind = "folders" if file.is_dir() else "files"
-    return second or why or f"no reader takes {kind} that end in {file.suffix or 'nothing'!r}"
+    return second or bare or why or f"no reader takes {kind} that end in {file.suffix or 'nothing'!r}"
 
 
-def added(session: Session, file: Path, record: Module, facts: dict[str, Any]) -> tuple[Network, str]:
+def added(
+    session: Session, file: Path, record: Module, facts: dict[str, Any], parameters: dict[str, Any]
+) -> tuple[Network, str]:
     """The network with the reader, and the id of that."""
     network, catalogue = session.network, session.catalogue
     lowest = max((float(n.view.get("position", (0, 0))[1]) for n in network.nodes.values()), default=-STEP)
@@ -106,8 +127,9 @@ def added(session: Session, file: Path, record: Module, facts: dict[str, Any]) -
     path = next(p.name for p in record.parameters if p.is_path)
     node = network.fresh_id(record.id)
     view = {"position": [0.0, y]}
-    network = network.add(record.id, catalogue, id=node, parameters={path: file.absolute()}, view=view)
-    return _drawn(session, network, node, y, facts), node
+    network = network.add(record.id, catalogue, id=node, parameters={path: file.absolute(), **parameters}, view=view)
+    shape = tuple(reversed(parameters.get("size", facts.get("shape") or ())))
+    return _drawn(session, network, node, y, {**facts, "shape": shape}), node
 
 
 def _drawn(session: Session, network: Network, node: str, y: float, facts: dict[str, Any]) -> Network:

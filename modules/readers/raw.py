@@ -34,13 +34,18 @@ def peek(path: Path) -> Mapping[str, Any]:
 
 
 def candidates(size: int) -> list[tuple[tuple[int, ...], str]]:
-    """Cubes and squares of a usual type that have exactly so many bytes."""
+    """Cubes, squares and stacks of usual slices, of a usual type, that have exactly so many bytes."""
     found: list[tuple[tuple[int, ...], str]] = []
     for kind in ("uint8", "uint16", "float32", "float64"):
         count, rest = divmod(size, np.dtype(kind).itemsize)
         for n, edge in ((3, round(count ** (1 / 3))), (2, round(count**0.5))):
             if not rest and edge > 1 and edge**n == count:
                 found.append(((edge,) * n, kind))
+    for kind in ("uint8", "uint16", "float32", "float64"):
+        for edge in (512, 256, 128, 64):
+            layers, rest = divmod(size, edge * edge * np.dtype(kind).itemsize)
+            if not rest and 1 < layers <= 1024 and layers != edge:
+                found.append(((edge, edge, layers), kind))
     return found
 
 

@@ -19,6 +19,7 @@ from app.gui import dropping, style
 from app.gui.actions import ACTIONS, MENUS, TOOLBAR, WORDED, by_id
 from app.gui.main_window import MainWindow
 from app.gui.palette import Palette
+from app.gui.raw_dialog import ReadRaw
 from app.gui.session import Session
 from modules.api import EXACT, Samples, Value, modeller, reader
 
@@ -171,6 +172,27 @@ def test_soundings_are_brought_to_a_grid(window: MainWindow, qtbot: Any) -> None
     qtbot.waitUntil(lambda: session.outputs(view) is not None, timeout=120000)
     modules = {n.module for n in session.network.nodes.values()}
     assert {"readers.points.points", "modellers.grid_points.grid_points", "accuracy_mappers.band.band"} <= modules
+
+
+def test_plain_numbers_are_read_as_the_user_says(window: MainWindow, tmp_path: Path, qtbot: Any) -> None:
+    """A file without a header: what fits is offered and shown, what does not is told, and the reader gets what was said."""
+    z, y, x = np.mgrid[:12, :64, :64]
+    (np.hypot(x - 32.0, y - 20.0) + z).astype("<u2").tofile(tmp_path / "ball.raw")
+    window.take([tmp_path / "ball.raw"])
+    qtbot.waitUntil(lambda: bool(window.findChildren(ReadRaw)), timeout=10000)
+    (dialog,) = window.findChildren(ReadRaw)
+    qtbot.waitUntil(lambda: dialog.size_.text() == "64, 64, 12", timeout=10000)
+    assert dialog.choices["type"].currentText() == "uint16", "the smoothest of the shapes that fit"
+    dialog.size_.setText("64, 64, 13")
+    qtbot.waitUntil(lambda: "need" in dialog.told.text(), timeout=10000)
+    assert not dialog.read.isEnabled()
+    dialog.size_.setText("64, 64, 12")
+    qtbot.waitUntil(lambda: dialog.read.isEnabled(), timeout=10000)
+    assert dialog.told.text().startswith("64 × 64 × 12 samples") and not dialog.picture.pixmap().isNull()
+    qtbot.mouseClick(dialog.read, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: bool(window.session.network.nodes), timeout=10000)
+    raw = next(n for n in window.session.network.nodes.values() if n.module == "readers.raw.raw")
+    assert raw.parameters["size"] == (64, 64, 12) and raw.parameters["type"] == "uint16"
 
 
 def test_files_of_one_series_become_one_reader(window: MainWindow, tmp_path: Path, qtbot: Any) -> None:
