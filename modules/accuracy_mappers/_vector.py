@@ -18,8 +18,8 @@ Ints = NDArray[np.int64]
 
 UNCREDITED = "no assessment"
 """Flag of the points from which on the estimate of the integration's error is not credible."""
-ASSESSED = "Integration"
-"""How the name of the source begins of which that flag speaks: the trace that is drawn may be the subsidiary one."""
+ASSESSED = "two half steps"
+"""The rule of the sources of which that flag speaks, however they are called."""
 LEFT_OUT = "not drawn where the estimate is not credible"
 
 
@@ -106,7 +106,7 @@ def credible(known: Accuracy, term: Term, size: Floats) -> NDArray[np.bool_]:
     """(n,) whether the size (n,) of a term is finite, and its estimate credible."""
     good = np.isfinite(size)
     for flag in known.flags:
-        if flag.name == UNCREDITED and flag.items is not None and term.name.startswith(ASSESSED):
+        if flag.name == UNCREDITED and flag.items is not None and term.source.rule_name == ASSESSED:
             good[flag.items] = False
     return good
 

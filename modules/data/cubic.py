@@ -5,6 +5,8 @@ On evenly spaced samples it is the Catmull-Rom spline. It is C1, local (four sam
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -137,3 +139,43 @@ def _product(grid: Grid, along: list[tuple[Ints, Floats]]) -> Gather:
         weight = (weight[:, None, :] * weights[:, :, None]).reshape(n, -1)
         stride *= size
     return Gather(index, weight, grid.count)
+
+
+def not_a_knot(axes: Sequence[Floats], values: Floats) -> tuple[Floats, Ints, Floats]:
+    """A second cubic, in which each sample has a say everywhere: the tensor spline whose end pieces are one; C2, fourth order.
+
+    Along an axis of three samples it is their parabola, of two their line.
+
+    Parameters
+    ----------
+    axes : coordinates of the samples along x, y, z
+    values : (nz, ny, nx, ...)
+
+    Returns
+    -------
+    coefficients of B-splines, in the shape of the values; (d, cells) for each cell along each axis the first of its four; and
+    (d, cells, 16) the weight of each in powers of the place in the cell
+
+    Raises
+    ------
+    ValueError : a sample that is no number, for it would be none everywhere
+    """
+    if not np.isfinite(values).all():
+        raise ValueError("a spline goes through all samples, and some are no numbers: fill them, or take the linear law")
+    from scipy.interpolate import BSpline, make_interp_spline
+
+    longest, d = max(len(x) for x in axes) - 1, len(axes)
+    base, basis = np.zeros((d, longest), np.int64), np.zeros((d, longest, 4, 4))
+    found = np.asarray(values, float)
+    for axis, x in enumerate(axes):
+        degree, n = min(3, len(x) - 1), len(x)
+        spline = make_interp_spline(x, found, k=degree, axis=d - 1 - axis)
+        found = np.moveaxis(np.asarray(spline.c), 0, d - 1 - axis)
+        each = BSpline(spline.t, np.eye(n), degree)
+        first = np.clip(np.searchsorted(spline.t, x[:-1], side="right") - 1, degree, n - 1) - degree
+        base[axis, : n - 1] = np.minimum(first, max(n - 4, 0))
+        for power in range(degree + 1):
+            weight = each(x[:-1], nu=power) * (np.diff(x) ** power / math.factorial(power))[:, None]
+            columns = np.minimum(base[axis, : n - 1, None] + np.arange(min(4, n)), n - 1)
+            basis[axis, : n - 1, : min(4, n), power] = np.take_along_axis(weight, columns, axis=1)
+    return np.ascontiguousarray(found), base, basis.reshape(d, longest, 16)

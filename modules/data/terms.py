@@ -51,6 +51,11 @@ class Source:
         """The sign of its rigour."""
         return SIGNS[self.rigour]
 
+    @property
+    def rule_name(self) -> str:
+        """The id of its rule without the number of its version: what a renamed source still is."""
+        return self.rule.rpartition("[")[2].partition("/")[0]
+
 
 @dataclass(frozen=True, eq=False)
 class Term:

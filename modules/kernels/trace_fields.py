@@ -7,7 +7,7 @@ tetra_flow     tetrahedra, linear in each
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,7 @@ def flow_of(
     backwards: bool = False,
     times: Floats | None = None,
     between: str = "linear",
+    spline: Callable[[Sequence[Floats], Floats], tuple[Floats, Integers, Floats]] | None = None,
 ) -> Flow:
     """A field on a regular or rectilinear grid.
 
@@ -39,6 +40,8 @@ def flow_of(
     backwards : whether to take the opposite field, and the opposite times
     times : (nt,) strictly ascending, of a series
     between : the law between samples; cubic takes Hermite cubics with slopes from the parabola of three samples
+    spline : in place of that law: from axes and values (nz, ny, nx, 3) to coefficients, first of the four of each cell, and
+        their weights in powers of the place in the cell, as `_cubic` gives the last two for the samples themselves
 
     Raises
     ------
@@ -62,11 +65,15 @@ def flow_of(
     form, basis, whole = (MOVING if len(clock) > 1 else BOX), None, []
     if between == "nearest":
         axes = [np.concatenate([a[:1], 0.5 * (a[1:] + a[:-1]), a[-1:]]) for a in axes]
-    if between == "cubic":
+    if between == "cubic" or spline is not None:
         if len(clock) > 1:
             raise ValueError("a series in time is followed by the linear law between samples, not by a cubic one")
         form = SMOOTH
-        base, basis = _cubic(axes)
+        if spline is None:
+            base, basis = _cubic(axes)
+        else:
+            values, base, basis = spline(axes, values[0])
+            values = values[None]
         whole = [base]
     return _flow(form, values, axes, clock, flat=between == "nearest", basis=basis, whole=whole)
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array, vstack
 
-from modules.api import Accuracy, Flag, Gather, Geometry, Identity, Matrix, Missing, Model, Source, Term
+from modules.api import EXACT, Accuracy, Flag, Gather, Geometry, Identity, Matrix, Missing, Model, Source, Term
 from modules.mappers._trace_run import MOST_ANSWERS, RKSUITE, Answers, Run
 
 Floats = NDArray[np.float64]
@@ -26,6 +26,15 @@ RESIDUAL = Source(
     "Velocity residual", "mapping", "exact", "dp/dt of the dense output less V(p); Lopes 1999, (5.8) [residual/1]"
 )  # fmt: skip
 
+BETTER = Source(
+    "Velocity residual, of another model", "mapping", "estimated",
+    "dp/dt of the dense output less the velocity of a second model; Lopes 1999, (5.8) and 5.4 [residual of another model/1]",
+)  # fmt: skip
+TUBE = Source(
+    "Proven tube of the integration", "mapping", "proven",
+    "defect of a curve through the steps, and the largest logarithmic norm by the corners of cells [logarithmic-norm/1]",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Told:
@@ -38,6 +47,8 @@ class Told:
     safety : declared factor on the estimate
     why_not : why errors of samples and model are not carried, if they are not
     dense : whether there is a dense output, which tells a velocity residual
+    better : whether that is against another model
+    proof : whether a proven tube was asked for
     """
 
     source: Source | None
@@ -45,6 +56,8 @@ class Told:
     safety: float = 1.0
     why_not: str = ""
     dense: bool = True
+    better: bool = False
+    proof: bool = False
 
 
 def integration(how: Told, error: Floats, unit: str) -> Accuracy:
@@ -63,7 +76,19 @@ def residual(how: Told, error: Floats, unit: str) -> Accuracy:
     """The velocity that the dense output infers less that of the model, as a term."""
     if not how.dense:
         return Accuracy(missing=(Missing("Velocity residual", "a multi-step method has no dense output to infer a velocity"),))
-    return Accuracy((_vector(RESIDUAL, error, "velocity", unit),))
+    return Accuracy((_vector(BETTER if how.better else RESIDUAL, error, "velocity", unit),))
+
+
+def tubes(how: Told, radius: list[Floats | None], rows: Ints, unit: str) -> Accuracy:
+    """Proven tubes of all runs as a bound of each coordinate, if they were asked for; or that there are none."""
+    if not how.proof:
+        return EXACT
+    found = [r for r in radius if r is not None]
+    if len(found) < len(radius):
+        why = "proven of primary traces whose steps end on faces, in a steady linear model on a regular or rectilinear grid"
+        return Accuracy(missing=(Missing(TUBE.name, why),))
+    flat = np.repeat(np.concatenate(found)[rows], 3)
+    return Accuracy((Term(TUBE, "bound", "position", unit, flat, Identity(len(flat)), "point", 3),))
 
 
 def _vector(source: Source, error: Floats, quantity: str, unit: str) -> Term:

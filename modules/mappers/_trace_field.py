@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from modules import kernels
 from modules.api import Curvilinear, Model, Rectilinear, Regular, Unstructured
+from modules.data.cubic import not_a_knot
 from modules.data.grid import lattice_of
 from modules.data.laws import Linear
 
@@ -47,7 +48,9 @@ class Medium:
     lattice: Curvilinear | None = None
 
 
-def medium(models: Sequence[Model], sign: int, seeds: Floats, space: str = "physical") -> Medium:
+def medium(
+    models: Sequence[Model], sign: int, seeds: Floats, space: str = "physical", *, spline: bool = False
+) -> Medium:
     """The field of a model, or of one model for each of several times, for particles from some seeds.
 
     Parameters
@@ -57,6 +60,7 @@ def medium(models: Sequence[Model], sign: int, seeds: Floats, space: str = "phys
     seeds : (p, 3)
     space : physical, or computational: on a bent grid velocities are brought to the lattice at the samples and interpolated
         there, which is another field between them
+    spline : through the samples goes a not-a-knot spline in place of the law of the model
 
     Raises
     ------
@@ -77,9 +81,14 @@ def medium(models: Sequence[Model], sign: int, seeds: Floats, space: str = "phys
     if isinstance(grid, Regular | Rectilinear):
         if law not in ("linear", "nearest", "cubic"):
             raise ValueError(f"particles are followed through a linear, nearest or cubic model, not through a {law} one")
-        flow = kernels.trace_fields.flow_of(values, *grid.axes, between=law, **common)
         edge = float(min(np.diff(a).min() for a in grid.axes))
+        if spline:
+            flow = kernels.trace_fields.flow_of(values, *grid.axes, spline=not_a_knot, **common)
+            return Medium(flow, at, None, edge, False)
+        flow = kernels.trace_fields.flow_of(values, *grid.axes, between=law, **common)
         return Medium(flow, at, None, edge, times is None and law == "linear")
+    if spline:
+        raise ValueError(f"a spline goes through samples on a regular or rectilinear grid, not on a {grid.kind} one")
     if law != "linear":
         raise ValueError(f"on a {grid.kind} grid particles are followed through a linear model, not through a {law} one")
     if isinstance(grid, Curvilinear):

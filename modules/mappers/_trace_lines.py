@@ -27,17 +27,13 @@ def span(field: Medium, end_time: float | None) -> float:
     return float(CROSSINGS * np.linalg.norm(box[3] - box[2]) / speed) if speed > 0 else 1.0
 
 
-def drawn(
-    model: Model, seeds: Geometry, runs: list[Run], errors: list[Floats], found: list[Any] | None, how: known.Told
-) -> Geometry:
+def drawn(model: Model, seeds: Geometry, runs: list[Run], how: known.Told) -> Geometry:
     """Lines, values and accuracy of all runs.
 
     Parameters
     ----------
     model, seeds : that were followed
     runs : one a direction
-    errors : of each run, (n, 3) the estimated error of its positions
-    found : of each run, how positions answer to other errors; None if that is not known
     how : what is told of all this
     """
     rows, offsets, seed = order(runs)
@@ -48,8 +44,11 @@ def drawn(
     }
     unit = model.grid.frame.length_unit(model.grid.dimensions)
     time, velocity = column["time"] * sign, column["velocity"] * sign[:, None]
+    answers = [r.found for r in runs if r.found is not None]
+    found = answers if len(answers) == len(runs) else None
     accuracy = Accuracy.join([
-        (known.integration(how, np.concatenate(errors)[rows], unit), None),
+        (known.integration(how, np.concatenate([r.estimate for r in runs])[rows], unit), None),
+        (known.tubes(how, [r.tube for r in runs], rows, unit), None),
         (known.residual(how, column["residual"] * sign[:, None], model.unit), None),
         (known.inherited(model, seeds, seed, found, rows, unit, how), None),
     ]).flag(*known.trusted(runs, time, seed, how))  # fmt: skip

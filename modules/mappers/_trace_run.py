@@ -34,6 +34,15 @@ RKSUITE = "no assessment"
 
 
 @dataclass(frozen=True, eq=False)
+class Answers:
+    """How positions answer to errors: of the samples (sparse), of the law (drift), and of the seeds (growth)."""
+
+    samples: csr_array
+    drift: Floats
+    growth: Floats
+
+
+@dataclass(frozen=True, eq=False)
 class Run:
     """Particles followed in one direction: their rows, with times and velocities as they are in the field.
 
@@ -42,20 +51,22 @@ class Run:
     sign : 1 forward, -1 backward
     medium : the field in the direction of the march, and the seeds
     traces : of all seeds
+    error : (n, 3) estimated error of each position, where it is not the one of the march itself
+    found : how positions answer to other errors, where that is known
+    tube : (n,) proven radius about each position, where there is one
     """
 
     sign: int
     medium: Medium
     traces: Traces
+    error: Floats | None = None
+    found: Answers | None = None
+    tube: Floats | None = None
 
-
-@dataclass(frozen=True, eq=False)
-class Answers:
-    """How positions answer to errors: of the samples (sparse), of the law (drift), and of the seeds (growth)."""
-
-    samples: csr_array
-    drift: Floats
-    growth: Floats
+    @property
+    def estimate(self) -> Floats:
+        """(n, 3) estimated error of each position."""
+        return self.traces.error if self.error is None else self.error
 
 
 def follow(
@@ -113,6 +124,18 @@ def at_times(wanted: Floats, time: Floats, points: Floats, velocity: Floats) -> 
     beyond = np.clip(wanted - time[-1], 0.0, None) + np.clip(wanted - time[0], None, 0.0)
     end = np.where(wanted > time[-1], len(time) - 1, 0)
     return np.asarray(between + beyond[:, None] * velocity[end])
+
+
+def judged(traces: Traces, better: Model, sign: int) -> Traces:
+    """Traces whose residual is against the velocity of another model, infinite beyond that."""
+    bounds = np.asarray(better.grid.bounds).reshape(-1, 2)[: better.grid.dimensions]
+    at = traces.points[:, : len(bounds)]
+    inside = ((at >= bounds[:, 0]) & (at <= bounds[:, 1])).all(axis=1)
+    residual = np.full_like(traces.residual, np.inf)
+    found = sign * better.at(traces.points[inside])[0]
+    found[:, better.grid.dimensions :] = 0.0
+    residual[inside] = traces.residual[inside] + traces.velocity[inside] - found
+    return traces._replace(residual=residual)
 
 
 def answers(model: Model, run: Run, progress: Progress) -> Answers | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,8 @@ from modules.api import (
 from modules.mappers import _trace_accuracy as known
 from modules.mappers._trace_field import Medium, medium
 from modules.mappers._trace_lines import drawn, ends, span
-from modules.mappers._trace_run import Run, against, answers, follow
+from modules.mappers._trace_proof import tube
+from modules.mappers._trace_run import Run, against, answers, follow, judged
 
 Floats = NDArray[np.float64]
 
@@ -36,11 +38,16 @@ class Traced(NamedTuple):
     ends: Table
 
 
-@mapper("Particle traces", aliases=("streamlines", "advect", "integrate", "flow lines", "Runge-Kutta", "GenPathAccuracy"))
+@mapper(
+    "Particle traces",
+    version=2,
+    aliases=("streamlines", "advect", "integrate", "flow lines", "Runge-Kutta", "GenPathAccuracy"),
+)
 def trace(
     model: Model,
     seeds: Geometry,
     progress: Progress,
+    better: Model | None = None,
     *,
     pair: Literal[
         "Dormand-Prince 5(4)", "Bogacki-Shampine 3(2)", "Euler", "Heun", "midpoint", "RK4"
@@ -59,6 +66,8 @@ def trace(
     safety: Annotated[float, Range(1, 10)] = 1.0,
     space: Literal["physical", "computational"] = "physical",
     carry: bool = True,
+    proof: bool = False,
+    law: Literal["of the model", "not-a-knot spline"] = "of the model",
 ) -> Traced:
     """The paths of particles that follow a steady velocity, from each seed until the end time, the border or rest.
 
@@ -67,10 +76,12 @@ def trace(
     model : velocity, of two or three components: linear, nearest or cubic on a regular or rectilinear grid, linear on a
         bent lattice or in cells of an unstructured grid, which are cut in tetrahedra
     seeds : where particles begin
+    better : another model of the velocity, for the velocity residual in place of the one that is followed
     pair : Runge-Kutta method; the first two estimate their local errors, the others need another control of the steps
     control : extent (local error over the size of the domain), nag (over the coordinate itself, thesis 5.3 to 5.7: near a
         border at coordinate 0 it depends on where the origin is), fixed steps, by cell size over speed, or by curvature
-    tolerance : largest local error of a step, as a part of what `control` says
+    tolerance : largest local error of a step, as a part of what `control` says; of extent with restarts that of the steps
+        through as many cells as lie across the domain, each with its share
     step : fixed: the time step; cell: part of a cell; curvature: angle in radians that a step may turn
     direction : forward, backward or both from each seed
     end_time : time to follow each particle; automatic: that of two diagonals of the domain at the mean speed
@@ -79,14 +90,17 @@ def trace(
     steps : at most so many in each direction
     restarts : steps end on the faces of cells, where the linear model has a kink; without, the order of the method is lost.
         A cubic model needs none; bent lattices and tetrahedra always have them
-    estimate : of the integration's error: two half steps beside each step, a second integration with a tenth of the
-        tolerance (and twice the steps in each cell, with restarts), or none
+    estimate : of the integration's error: two half steps beside each step (three thirds of 3(2)), a second integration with
+        a tenth of the tolerance (and twice the steps in each cell, with restarts), or none
     report : with half steps, the primary trace, whose error is stated; or the subsidiary one of the half steps, as NAG and
         figure 5.10 do: it is the better one, and what is stated is still the error of the primary one
     safety : a declared factor on the estimate of the integration's error
     space : of a bent lattice: physical, exact for the interpolated velocity; or computational, where velocities are brought
         to the lattice at the samples and interpolated there, as thesis 5.1.1 tells, which is another flow between them
     carry : errors of samples, model and seeds are brought along the traces
+    proof : also a proven bound of the integration's error, through a steady linear model in boxes with restarts
+    law : between the samples: of the model; or a spline through all of them, C2 and of fourth order. By how much two laws
+        differ along a trace, 'Compare traces' tells as an error of the model
 
     Raises
     ------
@@ -98,7 +112,8 @@ def trace(
 
     Accuracy: the integration's error is estimated along each trace; errors of samples, of the model and of the seeds are
         carried by the derivative of the flow, exact to first order, through a linear model in boxes; elsewhere they are
-        missing. The velocity residual is exact and is no position.
+        missing. The velocity residual is exact and is no position. The proven tube bounds each coordinate, rounding included;
+        where it ends, as wide as some cells, it is infinite.
     Source: Lopes 1999, chapter 5, with steps restarted at the faces of cells; Alekseev-Groebner integral for the errors of
         data and model.
     """
@@ -109,24 +124,28 @@ def trace(
     if not safety >= 1:
         raise ValueError(f"a safety factor is at least 1, not {safety:g}")
     signs = {"forward": (1,), "backward": (-1,), "both": (-1, 1)}[direction]
-    media = [medium([model], sign, seeds.points, space) for sign in signs]
+    media = [medium([model], sign, seeds.points, space, spline=law != "of the model") for sign in signs]
     rules: dict[str, Any] = {
         "control": control, "tolerance": tolerance, "size": step, "end": span(media[0], end_time),
         "interval": interval or 0.0, "length": math.inf if longest is None else longest, "steps": steps, "faces": restarts,
         "subsidiary": report == "subsidiary",
     }  # fmt: skip
-    runs, errors, found = [], [], []
-    carried = carry and media[0].carries
+    runs = []
     for i, (sign, field) in enumerate(zip(signs, media, strict=True)):
         part = progress.part(i / len(signs), (i + 1) / len(signs))
-        run, error = _run(field, sign, pair, rules, estimate, part)
-        runs.append(run)
-        errors.append(error)
-        found.append(answers(model, run, part) if carried else None)
-    whole = [f for f in found if f is not None]
-    how = known.Told(SOURCES[estimate], report, safety, _why_not(carry, media[0]))
-    traces = drawn(model, seeds, runs, errors, whole if len(whole) == len(found) else None, how)
-    return Traced(traces, ends(model, seeds, runs))
+        run = _run(field, sign, pair, rules, estimate, part.part(0.0, 0.4))
+        if proof:
+            run = replace(run, tube=tube(run, pair, rules, part.part(0.4, 0.6)))
+        if carry and field.carries:
+            run = replace(run, found=answers(model, run, part.part(0.6, 1.0)))
+        runs.append(run if better is None else replace(run, traces=judged(run.traces, better, sign)))
+    how = known.Told(SOURCES[estimate], report, safety, _why_not(carry, media[0]), better=better is not None, proof=proof)
+    traces, told = drawn(model, seeds, runs, how), ends(model, seeds, runs)
+    if better is not None:
+        why = "its velocity alone is looked at, for the velocity residual"
+        traces = replace(traces, accuracy=traces.accuracy.end_from(better.accuracy, why))
+        told = replace(told, accuracy=told.accuracy.end_from(better.accuracy, why))
+    return Traced(traces, told)
 
 
 def _why_not(carry: bool, field: Medium) -> str:
@@ -138,14 +157,12 @@ def _why_not(carry: bool, field: Medium) -> str:
     return ""
 
 
-def _run(
-    field: Medium, sign: int, pair: str, rules: dict[str, Any], estimate: str, progress: Progress
-) -> tuple[Run, Floats]:
-    """Follow all particles in one direction; and the estimated error of each position."""
+def _run(field: Medium, sign: int, pair: str, rules: dict[str, Any], estimate: str, progress: Progress) -> Run:
+    """Follow all particles in one direction, with the estimated error of each position."""
     run = follow(field, sign, pair, {**rules, "assess": estimate == "half steps"}, progress)
     if estimate != "re-integration":
-        return run, run.traces.error
+        return run
     controlled = rules["control"] in ("extent", "nag")
     finer = {"tolerance": rules["tolerance"] / 10} if controlled else {"size": rules["size"] / 2}
     again = follow(field, sign, pair, {**rules, **finer, "halve": rules["faces"]}, progress)
-    return run, against(run.traces, again.traces)
+    return replace(run, error=against(run.traces, again.traces))

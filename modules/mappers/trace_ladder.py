@@ -107,7 +107,7 @@ def trace_ladder(
     rule = f"the same particles at {finest:g}, {rungs - 1} rungs finer{halved}; Lopes 1999, 5.2.4 [ladder/1]"
     how = known.Told(Source("Integration", "mapping", "estimated", rule), why_not="brought along by 'Particle traces'")
     return Climbed(
-        drawn(model, seeds, runs[:1], away[:1], None, how), _curve(model, seeds, runs, away, tolerance),
+        drawn(model, seeds, [replace(runs[0], error=away[0])], how), _curve(model, seeds, runs, away, tolerance),
     )  # fmt: skip
 
 

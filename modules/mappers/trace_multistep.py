@@ -109,7 +109,8 @@ def trace_multistep(
     rule = f"distance from {JUDGE} with restarts at {fine:.0e}; {method} by VODE; Lopes 1999, 5.1.2 [multi-step/1]"
     source = Source("Integration", "mapping", "estimated", rule)
     how = known.Told(source, why_not="brought along by 'Particle traces' only", dense=False)
-    return Stepped(drawn(model, seeds, [run], [away], None, how), _with_errors(ends(model, seeds, [run]), run, away, late))
+    traces = drawn(model, seeds, [replace(run, error=away)], how)
+    return Stepped(traces, _with_errors(ends(model, seeds, [run]), run, away, late))
 
 
 def _with_errors(told: Table, run: Run, away: Floats, late: list[float]) -> Table:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from modules.kernels import trace, trace_proof
 from modules.kernels.runge_kutta import PAIRS
 from tests.benchmarks.trace_accuracy import Case, fields, judged
 from tests.oracles.traces import Exact, exact
@@ -60,3 +61,34 @@ def test_the_order_is_kept_over_the_faces(cases: Any, pair: str) -> None:
         off.append(np.median(judged(case, true, pair, control="cell", size=size).worst))
     order = np.log2(off[0] / off[-1]) / 2
     assert order == pytest.approx(PAIRS[pair].order, abs=0.5)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-7])
+@pytest.mark.parametrize("name", ["ABC 33^3", "Taylor-Green 33^3", "double glazing 10x10x18"])
+def test_the_proven_tube_is_never_left_and_not_much_too_wide(cases: Any, name: str, tolerance: float) -> None:
+    case, _ = cases[name]
+    flow = trace.flow_of(case.values, *case.axes)
+    rules = trace.rules_of(flow, end=float(case.times[-1]) / 2, tolerance=tolerance)
+    run = trace.march(flow, case.seeds[:2], rules)
+    radius = trace_proof.proven(flow, run.offsets, run.time, run.points)
+    assert np.isfinite(radius).mean() > 0.8
+    for i in range(2):
+        rows = slice(*run.offsets[i : i + 2])
+        true = exact(case.values, case.axes, case.seeds[i : i + 1], run.time[rows]).points[0]
+        off, tube = np.linalg.norm(run.points[rows] - true, axis=1), radius[rows]
+        assert not (off > tube).any()
+        if not name.startswith("double"):
+            assert np.nanmedian(tube[1:] / np.maximum(off[1:], 1e-13)) < 100  # beyond the exit there is no path
+
+
+def test_a_tube_as_wide_as_cells_ends_and_rounding_is_in_it() -> None:
+    axis = np.linspace(0.0, 1.0, 5)
+    z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+    flow = trace.flow_of(np.stack([1 + 0 * x, 0 * y, 0 * z], axis=-1), axis, axis, axis)
+    run = trace.march(flow, np.array([[0.1, 0.3, 0.3]]), trace.rules_of(flow, end=0.8))
+    radius = trace_proof.proven(flow, run.offsets, run.time, run.points)
+    off = np.abs(run.points[:, 0].astype(np.longdouble) - 0.1 - run.time.astype(np.longdouble))
+    assert (off <= radius).all() and 0 < radius[-1] < 1e-12
+    jumpy = trace.flow_of(1e3 * np.random.default_rng(0).standard_normal((5, 5, 5, 3)), axis, axis, axis)
+    run = trace.march(jumpy, np.array([[0.5, 0.5, 0.5]]), trace.rules_of(jumpy, control="cell", size=1.0, end=1.0))
+    assert np.isinf(trace_proof.proven(jumpy, run.offsets, run.time, run.points)).any()

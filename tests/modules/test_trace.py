@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
+from scipy.sparse.linalg import spsolve
 
-from modules.api import EXACT, Curvilinear, Geometry, Model, Progress, Samples, Unstructured
+from modules.api import EXACT, Curvilinear, Geometry, Model, Progress, Rectilinear, Regular, Samples, Unstructured
 from modules.data.grid import lattice_of
 from modules.data.laws import Linear
 from modules.mappers._trace_field import located
@@ -17,6 +19,7 @@ from modules.mappers.trace import trace
 from modules.modellers.interpolate import interpolate
 from modules.progress import Cancelled, Stop
 from modules.readers.analytic import analytic
+from tests.oracles.traces import exact
 
 ABC = "1.7320508*sin(z)+cos(y);1.4142136*sin(x)+1.7320508*cos(z);sin(y)+1.4142136*cos(x)"
 
@@ -264,3 +267,82 @@ def test_stretching_is_the_growth_of_a_displacement() -> None:
     start = Geometry(points=np.array([[0.5, 0.5, 0.0]]), accuracy=EXACT)
     traces = trace(model, start, Progress(), end_time=1.0, interval=1.0).traces
     assert traces.values["stretching"].values == pytest.approx([1.0, np.e], rel=1e-6)
+
+
+@pytest.mark.parametrize("direction", ["forward", "both"])
+def test_the_proven_tube_holds_the_exact_path(direction: Any) -> None:
+    model = abc()
+    start = some(model, 4)
+    rules: dict[str, Any] = {"interval": 0.1, "end_time": 0.5, "carry": False, "direction": direction}
+    traces = trace(model, start, Progress(), tolerance=1e-4, proof=True, **rules).traces
+    tube = term(traces, "Proven tube of the integration")
+    assert (tube.kind, tube.source.rigour, tube.components) == ("bound", "proven", 3)
+    radius = tube.value.reshape(-1, 3)[:, 0]
+    assert isinstance(model.grid, Regular)
+    values, axes = np.asarray(model.samples.values, float), model.grid.axes
+    for line, seed in zip(traces.polylines(), start.points, strict=True):
+        half = len(line) // 2 if direction == "both" else 0
+        for sign, part in ((1, slice(half, None)), (-1, slice(half, None, -1))):
+            true = exact(sign * values, axes, seed[None], np.arange(6) * 0.1).points[0]
+            if sign > 0 or direction == "both":
+                rows = [int(np.flatnonzero((traces.points == p).all(axis=1))[0]) for p in line[part]]
+                off = np.linalg.norm(line[part] - true[: len(rows)], axis=1)
+                assert (off <= radius[rows]).all() and radius[rows].max() < 1e-3
+    assert radius.max() < 20 * term(traces, "Integration").size().max()
+
+
+def test_where_nothing_can_be_proven_it_says_so() -> None:
+    model = abc()
+    for rules in ({"restarts": False}, {"report": "subsidiary"}):
+        told: Any = trace(model, some(model, 1), Progress(), end_time=0.2, carry=False, proof=True, **rules)
+        assert "Proven tube of the integration" in {m.name for m in told.traces.accuracy.missing}
+
+
+def test_a_better_model_makes_the_velocity_residual_that_of_the_first() -> None:
+    model, start = abc(), some(abc(), 5)
+    fine = interpolate(analytic(formula=ABC, low=(0, 0, 0), high=(2 * np.pi,) * 3, samples=(41, 41, 41), noise=0.01))
+    traces, ends = trace(model, start, Progress(), better=fine, end_time=0.3, interval=0.1, tolerance=1e-9, carry=False)
+    told = term(traces, "Velocity residual, of another model").error()
+    assert told == pytest.approx(model.at(traces.points)[0] - fine.at(traces.points)[0], abs=1e-6)
+    assert fine.accuracy.terms[0].id in traces.accuracy.accounted() & ends.accuracy.accounted()
+    small = interpolate(analytic(formula=ABC, low=(0, 0, 0), high=(1, 1, 1), samples=(5, 5, 5)))
+    beyond = trace(model, start, Progress(), better=small, end_time=0.1, carry=False).traces
+    assert np.isinf(term(beyond, "Velocity residual, of another model").error()).all()
+
+
+def test_a_not_a_knot_spline_is_followed_and_differs_from_the_other_laws_as_a_model_error() -> None:
+    model = abc()
+    start = some(model, 5)
+    rules: dict[str, Any] = {"end_time": 0.5, "interval": 0.1, "tolerance": 1e-9, "carry": False}
+    samples = model.samples
+    spline = trace(model, start, Progress(), law="not-a-knot spline", restarts=False, **rules).traces
+    assert isinstance(samples.grid, Regular)
+    values, places = np.asarray(samples.values, float), tuple(reversed(samples.grid.axes))
+    judge = RegularGridInterpolator(places, values, method="cubic", solver=spsolve)  # its own solver stops at 1e-6
+    assert spline.values["velocity"].values == pytest.approx(judge(spline.points[:, ::-1]), abs=1e-9)
+    fine = interpolate(analytic(formula=ABC, low=(0, 0, 0), high=(2 * np.pi,) * 3, samples=(81, 81, 81)))
+    true = trace(fine, start, Progress(), **rules).traces.points
+    off = {"spline": np.linalg.norm(spline.points - true, axis=1).max()}
+    for law in ("linear", "cubic", "nearest"):
+        other = trace(interpolate(samples, law=law), start, Progress(), **rules).traces
+        off[law] = np.linalg.norm(other.points - true, axis=1).max()
+        differs = term(compare_traces(other, spline, meaning="model"), "Difference of models").size()
+        assert differs.max() == pytest.approx(off[law], rel=0.35)
+    assert off["spline"] < 0.5 * off["cubic"] < 0.5 * off["linear"] < 0.5 * off["nearest"]
+
+
+def test_a_spline_on_uneven_and_short_axes_and_what_it_refuses() -> None:
+    x, y = np.array([-1.0, -0.6, 0.1, 0.3, 1.0]), np.array([-1.0, 0.2, 1.0])
+    yy, xx = np.meshgrid(y, x, indexing="ij")
+    values = np.stack([-yy, xx + 0 * yy, 0 * xx], axis=-1)
+    flat = interpolate(Samples(grid=Rectilinear((x, y)), values=values, accuracy=EXACT))
+    start = Geometry(points=np.array([[0.7, 0.0, 0.0]]), accuracy=EXACT)
+    traces = trace(flat, start, Progress(), law="not-a-knot spline", end_time=2 * np.pi, tolerance=1e-9, carry=False).traces
+    assert traces.points[-1] == pytest.approx([0.7, 0.0, 0.0], abs=1e-6)
+    holed = values.copy()
+    holed[0, 0, 0] = np.nan
+    with pytest.raises(ValueError, match="fill them"):
+        broken = interpolate(Samples(grid=Rectilinear((x, y)), values=holed, accuracy=EXACT))
+        trace(broken, start, Progress(), law="not-a-knot spline")
+    with pytest.raises(ValueError, match="regular or rectilinear"):
+        trace(box("curvilinear"), start, Progress(), law="not-a-knot spline")
