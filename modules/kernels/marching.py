@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from modules.kernels.marching_cases import Bytes, Floats, Integers, all_polygons, new_cell
+from modules.kernels.marching_cases import Bytes, Floats, Integers, Masks, all_polygons, new_cell
 from modules.kernels.marching_cell import patches
 from modules.kernels.marching_find import REST, SPECIAL, TOP, TRIANGLES, find, words
 from modules.kernels.marching_tables import Tables, tables
@@ -192,7 +192,8 @@ def surface(
     if sizes[0] > MOST_POINTS:
         raise ValueError(f"the surface has {sizes[0]} points, more than {MOST_POINTS}: draw a part of the grid at a time")
     points, triangles = np.empty((sizes[0], 3)), np.empty((sizes[1], 3), np.int64)
-    each(lambda k: _write(grid, table, level, k, base, found, points, triangles, bent), starts)
+    rooms: list[Masks] = []
+    each(lambda k: _write(grid, table, level, k, base, found, points, triangles, bent, rooms), starts)
     special = sum(len(part.joined) for part in found)
     return Surface(points, triangles, sum(part.tunnels for part in found), special, level, (nz, ny, nx), tuple(found))
 
@@ -215,11 +216,11 @@ def _at_the_door(values: Floats, x: Floats, y: Floats, z: Floats, level: float) 
 
 
 def _busy(index: Blocks | None, level: float, shape: tuple[int, int, int]) -> tuple[Bytes, Bytes]:
-    """Of each block of cells whether the surface may pass it, and of each block of nodes whether such cells have one."""
+    """Of each block of cells whether the surface may pass it, of each block of nodes whether such cells have one; lines too."""
     busy = np.zeros([(n + 7) // 8 for n in shape], np.uint8)
     if index is None:
         busy[:] = 1
-        return busy.ravel(), busy.ravel()
+        return _with_lines(busy), _with_lines(busy)
     depth, height, width = index.low.shape
     busy[:depth, :height, :width] = (index.low < level) & (index.high >= level)
     wanted = busy.copy()
@@ -227,7 +228,12 @@ def _busy(index: Blocks | None, level: float, shape: tuple[int, int, int]) -> tu
         after, before = [slice(None)] * 3, [slice(None)] * 3
         after[axis], before[axis] = slice(1, None), slice(None, -1)
         wanted[tuple(after)] |= wanted[tuple(before)].copy()
-    return busy.ravel(), wanted.ravel()
+    return _with_lines(busy), _with_lines(wanted)
+
+
+def _with_lines(busy: Bytes) -> Bytes:
+    """The blocks one after the other, and then of each line of blocks along x whether any is busy."""
+    return np.concatenate([busy.ravel(), busy.any(axis=2).ravel()])
 
 
 def _find(grid: Grid, table: Tables, busy: tuple[Bytes, Bytes], level: float, first: int, last: int, bent: bool) -> Found:
@@ -235,7 +241,7 @@ def _find(grid: Grid, table: Tables, busy: tuple[Bytes, Bytes], level: float, fi
     nx, ny = len(grid.x), len(grid.y)
     cells = (last - first) * (ny - 1) * (nx - 1)
     plane = np.zeros(3 * ny * 8 * words(nx), np.uint8)
-    # memory that is never touched costs nothing
+    # memory that is never touched costs nothing; what is kept of it is copied
     active, special = np.empty(cells, np.int64), np.empty(cells, np.int64)
     rows, counts = np.empty((last - first) * (ny - 1) + 1, np.int64), np.zeros((last - first, 4), np.int64)
     n = find(
@@ -254,7 +260,7 @@ def _find(grid: Grid, table: Tables, busy: tuple[Bytes, Bytes], level: float, fi
         layer = nodes // (nx * ny) - first
         np.add.at(counts[:, REST], layer, patch_count[:, 0])
         np.add.at(counts[:, TRIANGLES], layer, patch_count[:, 1])
-    return Found(active[:n], rows, counts, joined, patch_count.reshape(-1), inner, patch, int(tunnels[0]), float(tied[0]))
+    return Found(active[:n].copy(), rows, counts, joined, patch_count.reshape(-1), inner, patch, int(tunnels[0]), float(tied[0]))
 
 
 def _bases(counts: Integers) -> tuple[Integers, tuple[int, int]]:
@@ -267,22 +273,26 @@ def _bases(counts: Integers) -> tuple[Integers, tuple[int, int]]:
 
 def _write(
     grid: Grid, table: Tables, level: float, first: int, base: Integers, found: list[Found], points: Floats,
-    triangles: Integers, bent: bool,
+    triangles: Integers, bent: bool, rooms: list[Masks],
 ) -> None:  # fmt: skip
-    """The second pass over a slab."""
+    """The second pass over a slab; `rooms` are those that no thread uses at the moment."""
     number = first // LAYERS_A_SLAB
     part, before = found[number], found[number - 1] if number else found[0]
     nx, ny, layers = len(grid.x), len(grid.y), len(part.counts)
     below = before.rows[-ny:]
     failed = np.empty(2 * len(part.active) + 2, np.int64)
     failed[0] = 0
-    ids = np.empty(4 * (2 * ny + 3) * nx, np.int32)
+    try:
+        ids = rooms.pop()
+    except IndexError:
+        ids = np.empty(4 * (2 * ny + 3) * nx, np.int32)
     bases = np.concatenate([base[first - 1 : first] if first else np.zeros((1, 3), np.int64), base[first : first + layers]])
     write(
         grid.values, level, grid.x, grid.y, grid.z, first, first + layers, bases.reshape(-1), before.active, below,
         part.active, part.rows, part.joined, part.patch_count, part.inner, part.patch, table.lowest, table.sides,
         table.around, table.turned, table.axes, table.start, table.face, ids, failed, points, triangles, *room_to_work(),
     )  # fmt: skip
+    rooms.append(ids)
     if failed[0]:
         _mend(grid, level, failed[2 : 2 * failed[0] + 2].reshape(-1, 2), points, bent)
 

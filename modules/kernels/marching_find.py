@@ -34,12 +34,14 @@ def words(nx: int) -> int:
 
 
 @lean_part
-def _sides(values: Floats, level: float, nx: int, ny: int, k: int, row: int, plane: Bytes, wanted: Bytes) -> int:
+def _sides(
+    values: Floats, level: float, nx: int, ny: int, k: int, row: int, plane: Bytes, wanted: Bytes, lines: int
+) -> int:
     """A byte for each wanted sample of plane k: 1 where it is above, `HOLE` where it is not finite; how many are not."""
     holes, width, rows = 0, (nx + 7) // 8, (ny + 7) // 8
     for j in range(ny):
-        begin, to, block = (k * ny + j) * nx, ((k % 3) * ny + j) * row, ((k // 8) * rows + j // 8) * width
-        first = 0
+        begin, to, line = (k * ny + j) * nx, ((k % 3) * ny + j) * row, (k // 8) * rows + j // 8
+        block, first = line * width, int64(0) if wanted[index(wanted.size - lines + line)] else width
         while first < width:
             last = first
             while last < width and wanted[index(block + last)]:
@@ -93,27 +95,29 @@ def find(
     active : gets the column of each cell << 32, bits of its new vertices << 8, its code
     row_start : ((last - first) (ny - 1) + 1,) gets where each row of cells starts there
     special : gets the first node of each cell that needs more thought
-    busy, wanted : of each block of eight cells along each axis, whether the surface may pass; of nodes, whether they count
+    busy, wanted : of each block of eight cells along each axis, whether the surface may pass; of nodes, whether they count;
+        then of each line of blocks, whether any does
     counts : ((last - first), 4) gets what each layer holds, as far as the codes tell
     """
     width = (nx + 7) // 8 + 1
-    row, found, strange = 8 * width, 0, 0
+    row, found, strange, lines = 8 * width, 0, 0, busy.size // width
     below, here = 0, 0
     if first > 0:
-        below = _sides(values, level, nx, ny, first - 1, row, plane, wanted)
-    here = _sides(values, level, nx, ny, first, row, plane, wanted)
+        below = _sides(values, level, nx, ny, first - 1, row, plane, wanted, lines)
+    here = _sides(values, level, nx, ny, first, row, plane, wanted, lines)
     for k in range(first, last):
-        above = _sides(values, level, nx, ny, k + 1, row, plane, wanted)
+        above = _sides(values, level, nx, ny, k + 1, row, plane, wanted, lines)
         holes = below + here + above
         below, here = here, above
         top, rest, triangles, before = 0, 0, 0, strange
         for j in range(ny - 1):
             row_start[(k - first) * (ny - 1) + j] = found
+            line = (k // 8) * ((ny + 7) // 8) + j // 8
             w0, w1 = ((k % 3) * ny + j) * width, (((k + 1) % 3) * ny + j) * width
             a, b = word[w0 : w0 + width], word[w1 : w1 + width]
             c, d = word[w0 + width : w0 + 2 * width], word[w1 + width : w1 + 2 * width]
-            four, block, runs = EMPTY, ((k // 8) * ((ny + 7) // 8) + j // 8) * (width - 1), False
-            for w in range(width - 1):
+            four, block, runs = EMPTY, line * (width - 1), False
+            for w in range((width - 1) * int64(busy[index(busy.size - lines + line)])):
                 if not busy[index(block + w)]:
                     runs = False
                     continue

@@ -2,12 +2,14 @@
 
 `nonius bench isosurface`, or `python -m tests.benchmarks.isosurface --sizes 64 128 256`. Array in, mesh out: points and
 triangles as numpy arrays (VTK's without a copy). The runs take turns; the shortest of each counts. A second table moves
-the level through values whose blocks are indexed, a third tells where our own time goes.
+the level through values whose blocks are indexed, a third tells where our own time goes, a fourth of memory.
 """
 
 from __future__ import annotations
 
 import argparse
+import ctypes
+import gc
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -20,7 +22,7 @@ import numpy.typing as npt
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
-from modules.kernels import marching, marching_distance
+from modules.kernels import marching, marching_distance, marching_normals
 
 Floats = npt.NDArray[np.float64]
 Draw = Callable[[], int]
@@ -168,7 +170,7 @@ def moved_level(cases: dict[str, tuple[Floats, float]], runs: int) -> None:
             )
 
 
-def stages(cases: dict[str, tuple[Floats, float]], runs: int) -> None:
+def stages(cases: dict[str, tuple[Floats, float]]) -> None:
     """The third table: processor time of one thread."""
     print("\nWhere our time goes, one thread, ms\n")
     for name, (values, level) in cases.items():
@@ -195,21 +197,56 @@ def stages(cases: dict[str, tuple[Floats, float]], runs: int) -> None:
         timed("proof of distance", marching_distance.distances)(
             values, x, y, z, level, surface.points, surface.triangles, cell
         )
+        timed("normals", marching_normals.from_nodes)(values, x, y, z, surface.points)
         print(f"{name:>8}  " + "  ".join(f"{stage} {1e3 * sum(times):.1f}" for stage, times in taken.items()), flush=True)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def resident(name: str) -> int:
+    """VmRSS, the memory in use, or VmHWM, the most since `forget`: in bytes (Linux)."""
+    status = Path("/proc/self/status").read_text()
+    return 1024 * int(next(line for line in status.splitlines() if line.startswith(name)).split()[1])
+
+
+def forget() -> None:
+    """Give back what is free, and forget the most that was in use."""
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)
+    Path("/proc/self/clear_refs").write_text("5")
+
+
+def memory(cases: dict[str, tuple[Floats, float]]) -> None:
+    """The fourth table: what is in use besides input and output."""
+    print("\nMemory, MB: input, output, and the most in use besides, with one and two threads\n")
+    if not Path("/proc/self/clear_refs").exists():
+        print("not told on this system")
+        return
+    for name, (values, level) in cases.items():
+        besides, output = [], 0
+        for threads in (1, 2):
+            slabs, (x, y, z) = shared(threads), axes_of(values)
+            forget()
+            before = resident("VmRSS")
+            surface = marching.surface(values, x, y, z, level, slabs=slabs)
+            output = surface.points.nbytes + surface.triangles.nbytes
+            besides.append(resident("VmHWM") - before - output)
+            del surface
+        rest = " ".join(f"{n / 1e6:6.1f}" for n in besides)
+        print(f"{name:>8}  {values.nbytes / 1e6:6.1f} {output / 1e6:6.1f} {rest}", flush=True)
+
+
+def main(arguments: Sequence[str] = ()) -> int:
     """Print the tables."""
     from vtkmodules.vtkCommonCore import vtkSMPTools
 
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--sizes", type=int, nargs="+", default=[64, 128])
     options.add_argument("--runs", type=int, default=5)
-    given = options.parse_args(arguments)
+    given = options.parse_args(list(arguments))
     vtkSMPTools.SetBackend("STDThread")
     start = time.process_time()
     marching.warm()
     marching_distance.warm()
+    marching_normals.warm()
     print(f"Kernels ready after {time.process_time() - start:.1f} s of processor time\n")
     cases = head()
     against_peers(cases, given.runs)
@@ -217,9 +254,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         cases = {**head(), **fields(n)}
         against_peers(fields(n), given.runs)
     moved_level(cases, given.runs)
-    stages(cases, given.runs)
+    stages(cases)
+    memory(cases)
     return 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    raise SystemExit(main(sys.argv[1:]))
