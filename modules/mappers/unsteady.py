@@ -33,7 +33,12 @@ MOST = 10_000
 """More releases or instants than this are refused: an interval in the wrong unit."""
 
 
-@mapper("Unsteady traces", aliases=("pathlines", "streaklines", "timelines", "time series", "advect"), output="traces")
+@mapper(
+    "Unsteady traces",
+    version=2,
+    aliases=("pathlines", "streaklines", "timelines", "time series", "advect"),
+    output="traces",
+)
 def unsteady(
     series: list[Model],
     seeds: Geometry,
