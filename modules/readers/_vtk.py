@@ -13,12 +13,12 @@ from modules.data.exchange import READ, ExchangeError, load
 from modules.data.grid import Grid, Rectilinear, Regular
 from modules.data.operators import Gather, Operator, select
 from modules.data.wires import Samples
-from modules.readers import _nrrd, _others
+from modules.readers import _lat, _nrrd, _others
 from modules.readers._files import ReadError, existing, fits, memory, nearest, short, unreadable
 
 OWN = tuple(s for s in READ if s != ".vtp")
 NRRD = (".nrrd", ".nhdr")
-SUFFIXES = (*OWN, *NRRD, *_others.SUFFIXES)
+SUFFIXES = (*OWN, *NRRD, *_lat.SUFFIXES, *_others.SUFFIXES)
 
 
 def samples(path: Path, name: str) -> Samples:
@@ -33,6 +33,8 @@ def samples(path: Path, name: str) -> Samples:
         raise ReadError(f"{path.name!r} has {size}: cut a part out of it with another program")
     if path.suffix.lower() in NRRD:
         return _nrrd.samples(path, name)
+    if path.suffix.lower() in _lat.SUFFIXES:
+        return _lat.samples(path, name)
     if path.suffix.lower() not in OWN:
         return _others.samples(path, name)
     known = peek(path)
@@ -54,6 +56,8 @@ def peek(path: Path) -> dict[str, Any]:
     """Names and shape from the header of an XML file; nothing of an old one, which has no header to look at alone."""
     if path.suffix.lower() in NRRD:
         return _nrrd.peek(path)
+    if path.suffix.lower() in _lat.SUFFIXES:
+        return _lat.peek(path)
     if path.suffix.lower() not in OWN:
         return _others.peek(path)
     if path.suffix.lower() == ".vtk":

@@ -26,7 +26,8 @@ def companions(path: Path) -> Sequence[Path]:
 
 @reader(
     "Read data set", output="samples", peek=peek, companions=companions,
-    aliases=("vtk", "volume", "vti", "vtu", "nrrd", "nifti", "metaimage", "dicom", "plot3d", "ensight", "cgns"),
+    aliases=("vtk", "volume", "vti", "vtu", "nrrd", "nifti", "metaimage", "dicom", "plot3d", "ensight", "cgns",
+             "lat", "iris explorer"),
 )  # fmt: skip
 def dataset(
     *,
@@ -41,8 +42,8 @@ def dataset(
 ) -> Samples:
     """Scalars, vectors or tensors on a regular, rectilinear, curvilinear or unstructured grid.
 
-    Reads VTK's .vti, .vtr, .vts, .vtu, .vtk and collections of them; NRRD, NIfTI, MetaImage, DICOM series, EnSight, CGNS
-    and PLOT3D (by its .p3d). Of several blocks one is read: "block/array".
+    Reads VTK's .vti, .vtr, .vts, .vtu, .vtk and collections of them; NRRD, NIfTI, MetaImage, DICOM series, EnSight, CGNS,
+    PLOT3D (by its .p3d) and IRIS Explorer's plain .lat. Of several blocks one is read: "block/array".
 
     Parameters
     ----------
