@@ -100,7 +100,7 @@ def _least_slope(
 
 
 @lean_inlined
-def _largest(f: Floats, level: float, u: Floats, g: Floats) -> float:
+def bernstein(f: Floats, level: float, u: Floats, g: Floats) -> float:
     """B, from the Bernstein coefficients of F - L on a triangle with corners u (3, 3) in the unit cell."""
     for r in range(3):
         p = u[3 * r]
@@ -134,7 +134,7 @@ def prove(
     for c in range(3):
         u[3 * c], u[3 * c + 1] = (p[3 * c] - x[i]) / hx, (p[3 * c + 1] - y[j]) / hy
         u[3 * c + 2] = (p[3 * c + 2] - z[k]) / hz
-    largest = _largest(f, level, u, g) + ROUNDING * size
+    largest = bernstein(f, level, u, g) + ROUNDING * size
     a, b, c = (u[0] + u[3] + u[6]) / 3.0, (u[1] + u[4] + u[7]) / 3.0, (u[2] + u[5] + u[8]) / 3.0
     steep = least_in_cell(f, a, a, b, b, c, c, n[0] / hx, n[1] / hy, n[2] / hz, spare)
     if not steep > 0.0:
