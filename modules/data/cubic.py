@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from modules.data.accuracy import Source
 from modules.data.grid import Grid
@@ -141,7 +142,7 @@ def _product(grid: Grid, along: list[tuple[Ints, Floats]]) -> Gather:
     return Gather(index, weight, grid.count)
 
 
-def not_a_knot(axes: Sequence[Floats], values: Floats) -> tuple[Floats, Ints, Floats]:
+def not_a_knot(axes: Sequence[Floats], values: Floats) -> tuple[Floats, NDArray[np.int64], Floats]:
     """A second cubic, in which each sample has a say everywhere: the tensor spline whose end pieces are one; C2, fourth order.
 
     Along an axis of three samples it is their parabola, of two their line.

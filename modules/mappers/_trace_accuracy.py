@@ -122,8 +122,9 @@ def inherited(
     for term in model.accuracy.select("value", "point"):
         if term is not own:
             parts.append(term.push(matrix, quantity="position", unit=unit, place="point", components=3))
-    if own is not None:
-        drift = np.concatenate([a.drift for a in found])[rows].ravel()
+    drifts = [a.drift for a in found if a.drift is not None]
+    if own is not None and len(drifts) == len(found):
+        drift = np.concatenate(drifts)[rows].ravel()
         parts.append(Term(own.source, "signed", "position", unit, drift, Identity(len(drift)), "point", 3, own.id))
     growth = np.concatenate([a.growth for a in found])[rows]
     index = np.repeat(3 * seed[:, None] + np.arange(3), 3, axis=0).reshape(-1, 3)

@@ -35,10 +35,10 @@ RKSUITE = "no assessment"
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """How positions answer to errors: of the samples (sparse), of the law (drift), and of the seeds (growth)."""
+    """How positions answer to errors: of the samples (sparse), of the law (drift, None if not known), of the seeds (growth)."""
 
     samples: csr_array
-    drift: Floats
+    drift: Floats | None
     growth: Floats
 
 

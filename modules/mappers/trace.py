@@ -21,6 +21,7 @@ from modules.api import (
     mapper,
 )
 from modules.mappers import _trace_accuracy as known
+from modules.mappers._trace_answers import answers_along, carries
 from modules.mappers._trace_field import Medium, medium
 from modules.mappers._trace_lines import drawn, ends, span
 from modules.mappers._trace_proof import tube
@@ -111,9 +112,9 @@ def trace(
     a small displacement of the seed has grown; on lines `seed`.
 
     Accuracy: the integration's error is estimated along each trace; errors of samples, of the model and of the seeds are
-        carried by the derivative of the flow, exact to first order, through a linear model in boxes; elsewhere they are
-        missing. The velocity residual is exact and is no position. The proven tube bounds each coordinate, rounding included;
-        where it ends, as wide as some cells, it is infinite.
+        carried by the derivative of the flow, exact to first order, through linear and cubic models in boxes and linear ones
+        on bent lattices; elsewhere they are missing. The velocity residual is exact and is no position. The proven tube
+        bounds each coordinate, rounding included; where it ends, as wide as some cells, it is infinite.
     Source: Lopes 1999, chapter 5, with steps restarted at the faces of cells; Alekseev-Groebner integral for the errors of
         data and model.
     """
@@ -130,6 +131,7 @@ def trace(
         "interval": interval or 0.0, "length": math.inf if longest is None else longest, "steps": steps, "faces": restarts,
         "subsidiary": report == "subsidiary",
     }  # fmt: skip
+    other_way = law == "of the model" and carries(model, media[0])
     runs = []
     for i, (sign, field) in enumerate(zip(signs, media, strict=True)):
         part = progress.part(i / len(signs), (i + 1) / len(signs))
@@ -138,8 +140,11 @@ def trace(
             run = replace(run, tube=tube(run, pair, rules, part.part(0.4, 0.6)))
         if carry and field.carries:
             run = replace(run, found=answers(model, run, part.part(0.6, 1.0)))
+        elif carry and other_way:
+            run = replace(run, found=answers_along(model, run, pair, rules, part.part(0.6, 1.0)))
         runs.append(run if better is None else replace(run, traces=judged(run.traces, better, sign)))
-    how = known.Told(SOURCES[estimate], report, safety, _why_not(carry, media[0]), better=better is not None, proof=proof)
+    why_not = _why_not(carry, media[0].carries or other_way)
+    how = known.Told(SOURCES[estimate], report, safety, why_not, better=better is not None, proof=proof)
     traces, told = drawn(model, seeds, runs, how), ends(model, seeds, runs)
     if better is not None:
         why = "its velocity alone is looked at, for the velocity residual"
@@ -148,12 +153,12 @@ def trace(
     return Traced(traces, told)
 
 
-def _why_not(carry: bool, field: Medium) -> str:
+def _why_not(carry: bool, known_way: bool) -> str:
     """Why errors of samples and model would not be carried; the number of answers, if nothing else."""
     if not carry:
         return "not brought along the traces: 'carry' is off"
-    if not field.carries:
-        return "brought along traces only through a linear model on a regular or rectilinear grid"
+    if not known_way:
+        return "brought along traces only through linear and cubic models, on bent lattices through linear ones"
     return ""
 
 

@@ -12,7 +12,9 @@ from scipy.sparse.linalg import spsolve
 from modules.api import EXACT, Curvilinear, Geometry, Model, Progress, Rectilinear, Regular, Samples, Unstructured
 from modules.data.grid import lattice_of
 from modules.data.laws import Linear
-from modules.mappers._trace_field import located
+from modules.mappers._trace_answers import answers_along
+from modules.mappers._trace_field import located, medium
+from modules.mappers._trace_run import answers, follow
 from modules.mappers.compare_traces import compare_traces
 from modules.mappers.seeds import seeds
 from modules.mappers.trace import trace
@@ -346,3 +348,35 @@ def test_a_spline_on_uneven_and_short_axes_and_what_it_refuses() -> None:
         trace(broken, start, Progress(), law="not-a-knot spline")
     with pytest.raises(ValueError, match="regular or rectilinear"):
         trace(box("curvilinear"), start, Progress(), law="not-a-knot spline")
+
+
+def test_answers_by_the_laws_weights_are_those_of_the_compiled_way() -> None:
+    model = abc(0.03)
+    field = medium([model], 1, some(model, 3).points)
+    rules: dict[str, Any] = {"end": 0.5, "interval": 0.25, "tolerance": 1e-6, "faces": True}
+    run = follow(field, 1, "Dormand-Prince 5(4)", rules, Progress())
+    one, other = answers(model, run, Progress()), answers_along(model, run, "Dormand-Prince 5(4)", rules, Progress())
+    assert one is not None and other is not None and one.drift is not None and other.drift is not None
+    assert abs(one.samples - other.samples).max() < 1e-3 * abs(one.samples).max()
+    assert other.growth == pytest.approx(one.growth, rel=1e-2, abs=1e-3)
+    assert other.drift == pytest.approx(one.drift, rel=0.02, abs=2e-4)
+
+
+@pytest.mark.parametrize("kind", ["cubic", "curvilinear"])
+def test_noise_is_carried_through_cubic_laws_and_on_bent_lattices(kind: Any) -> None:
+    law: Any = "cubic" if kind == "cubic" else "linear"
+    grid: Any = "regular" if kind == "cubic" else kind
+    made: dict[str, Any] = {"formula": SPIN, "low": (-1, -1, -1), "high": (1, 1, 1), "samples": (5, 5, 5), "grid": grid}
+    sigma, base = 0.02, interpolate(analytic(noise=0.02, seed=1, **made), law=law)
+    low, high = np.asarray(base.grid.bounds).reshape(3, 2).T
+    start = Geometry(points=((low + high) / 2 + 0.1 * (high - low))[None], accuracy=EXACT)
+    common: dict[str, Any] = {"interval": 0.5, "end_time": 1.0, "restarts": kind != "cubic"}
+    stated = term(trace(base, start, Progress(), **common).traces, "Added noise").error()
+    clean, random, runs = analytic(**made), np.random.default_rng(0), []
+    for _ in range(60):
+        values = clean.values + sigma * random.standard_normal(clean.values.shape)
+        noisy = Model.between(Samples(grid=clean.grid, values=values, accuracy=EXACT), law)
+        runs.append(trace(noisy, start, Progress(), carry=False, estimate="none", **common).traces.points)
+    spread = np.std(runs, axis=0, ddof=1)
+    assert stated[1:] / spread[1:] == pytest.approx(1.0, abs=0.4)
+    assert np.median(stated[1:] / spread[1:]) == pytest.approx(1.0, abs=0.2)
