@@ -240,7 +240,7 @@ def swatch_of(layer: Layer) -> Swatch | None:
     if isinstance(look, SurfaceLook) and not look.relief:
         return Swatch(kind="surface", colour=look.colour)
     if isinstance(look, ChartLook):
-        kinds = {"curve": "line", "bars": "surface", "scatter": "points"}
+        kinds = {"curve": "line", "bars": "surface", "scatter": "points", "band": "surface", "error bars": "line"}
         return Swatch(kind=kinds[look.kind], colour=look.colour, size=3.0)  # type: ignore[arg-type]  # one of the kinds
     return None
 

@@ -39,7 +39,9 @@ def test_each_statistic_is_compared(statistic: str, number: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("limit", "met"), [("0.031 cell", True), ("0.03 cell", False), ("61 mm", True), ("59 mm", False), ("0.061", True)]
+    ("limit", "met"),
+    [("0.031 cell", True), ("0.03 cell", False), ("61 mm", True), ("59 mm", False), ("0.061", True), ("0.2 ft", True),
+     ("5.9e-5 km", False), ("2.4 inch", True)],
 )
 def test_units(limit: str, met: bool) -> None:
     assert judge(f"c.lines.position.max < {limit}", lines(position(SIZES))).met is met

@@ -163,7 +163,8 @@ def _chart(table: Table, look: ChartLook) -> tuple[Floats, Floats]:
     y = np.asarray(table.columns[look.y or names[1]], float)
     floor = min(0.0, float(np.nanmin(y))) if look.kind == "bars" else float(np.nanmin(y))
     low = np.array([float(np.nanmin(x)), floor, 0.0])
-    return low, np.array([float(np.nanmax(x)), float(np.nanmax(y)), 0.0])
+    top = np.fmax(y, np.asarray(table.columns[look.upper], float)) if look.upper else y
+    return low, np.array([float(np.nanmax(x)), float(np.nanmax(top)), 0.0])
 
 
 def frame_of(layers: Iterable[Layer]) -> Frame:

@@ -195,11 +195,15 @@ def _volume_dress(props: Props, layer: Layer, style: Style) -> None:
 # --- charts
 
 
+BAND = 0.22
+"""Opacity of a band of error, so that the curve in it and other bands are seen."""
+
+
 def _chart_feed(props: Props, layer: Layer, style: Style) -> None:
     look, shape = layer.look, layer.shape
     assert isinstance(look, ChartLook) and isinstance(shape, Table)
     x, y = chart_columns(shape, look)
-    props[0].GetMapper().SetInputData(meshes.chart_of(shape, x, y, look.kind))
+    props[0].GetMapper().SetInputData(meshes.chart_of(shape, x, y, look.kind, look.upper))
 
 
 def chart_columns(table: Table, look: ChartLook) -> tuple[str, str]:
@@ -212,7 +216,7 @@ def _chart_dress(props: Props, layer: Layer, style: Style) -> None:
     look = layer.look
     assert isinstance(look, ChartLook)
     prop = props[0].GetProperty()
-    flat(prop, style.theme[look.colour], 1.0)
+    flat(prop, style.theme[look.colour], BAND if look.kind == "band" else 1.0)
     prop.SetLineWidth(1.5 * style.scale)
     prop.SetPointSize(4.0 * style.scale)
     prop.SetRenderPointsAsSpheres(True)

@@ -247,14 +247,36 @@ def lattice(samples: Samples) -> Any:
     return data
 
 
-def chart_of(table: Table, x: str, y: str, kind: str) -> Any:
-    """Two columns of a table as a curve, bars or a scatter in the plane.
+CAP = 0.25
+"""Half the width of the ends of error bars, in distances between them."""
+
+
+def _between(points: Floats, upper: Floats, kind: str) -> Any:
+    """A band between two curves, with gaps where a number is missing, or bars of error with ends."""
+    top = np.column_stack([points[:, 0], upper, points[:, 2]])
+    told = np.isfinite(points).all(axis=1) & np.isfinite(top).all(axis=1)
+    n, both = len(points), np.nan_to_num(np.concatenate([points, top]))
+    if kind == "band":
+        i = np.flatnonzero(told[:-1] & told[1:])
+        return poly(both, polygons=Cells.of(np.column_stack([i, i + 1, i + 1 + n, i + n])))
+    i = np.flatnonzero(told)
+    half = CAP * float(np.min(np.diff(np.unique(points[i, 0])), initial=np.inf))
+    side = np.array([half if np.isfinite(half) else 0.5, 0.0, 0.0])
+    ends = np.concatenate([both[i] - side, both[i] + side, both[i + n] - side, both[i + n] + side])
+    m, first = len(i), np.arange(len(i)) + 2 * n
+    bars = [np.column_stack([i, i + n]), np.column_stack([first, first + m])]
+    bars.append(np.column_stack([first + 2 * m, first + 3 * m]))
+    return poly(np.concatenate([both, ends]), lines=Cells.of(np.concatenate(bars)))
+
+
+def chart_of(table: Table, x: str, y: str, kind: str, upper: str = "") -> Any:
+    """Two columns of a table as a curve, bars or a scatter in the plane; what lies between two as a band or bars of error.
 
     Raises
     ------
     ValueError : no such column
     """
-    for name in (x, y):
+    for name in (x, y, upper) if upper else (x, y):
         if name not in table.columns:
             raise ValueError(f"the table has no column {name!r}: it has {', '.join(table.columns)}")
     at = np.column_stack([np.asarray(table.columns[x], float), np.asarray(table.columns[y], float)])
@@ -263,6 +285,8 @@ def chart_of(table: Table, x: str, y: str, kind: str) -> Any:
         return poly(points, vertices=one_each(len(points)))
     if kind == "curve":
         return poly(points, lines=Cells.of([list(range(len(points)))]))
+    if upper:
+        return _between(points, np.asarray(table.columns[upper], float), kind)
     feet = points * [1.0, 0.0, 1.0]
     half = 0.4 * float(np.min(np.diff(np.unique(at[:, 0])), initial=np.inf))
     half = half if np.isfinite(half) else 0.5

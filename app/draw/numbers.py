@@ -11,9 +11,6 @@ THIN = "\u2009"
 SPACE = "\u00a0"
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-LENGTHS = ("nm", "µm", "mm", "cm", "dm", "m", "km", "ft", "mi")
-"""Units for which a scale bar makes sense."""
-
 
 def significant(value: float, digits: int = 2, *, up: bool = False) -> str:
     """The number to so many significant digits.

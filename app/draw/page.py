@@ -14,6 +14,7 @@ from app.draw.parts import Legend
 from app.draw.pen import Pen
 from modules.data.grid import Frame
 from modules.data.scene import SceneLook
+from modules.data.units import is_length
 
 MARGIN = 22.0
 TICK = 4.0
@@ -153,7 +154,7 @@ def flat_axes(pen: Ink, plot: Rect, view: Box, frame: Frame) -> None:
 def scale_bar(pen: Ink, plot: Rect, view: Box, frame: Frame, cell: float | None, taken: str) -> None:
     """A bar of round length, in the lower corner that the legend leaves free; with the cells that it spans."""
     unit = frame.units[0]
-    if unit not in numbers.LENGTHS or frame.units[1] != unit or not view.sides[0]:
+    if not is_length(unit) or frame.units[1] != unit or not view.sides[0]:
         return
     across = plot.width / view.sides[0]
     length, words = _bar_of(pen, view.sides[0], across, unit, cell)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, get_args
 
@@ -25,6 +25,7 @@ from app.engine import check as legal
 from app.engine.catalogue import Catalogue
 from app.engine.errors import NetworkError, UnknownName, hint, nearest
 from app.engine.network import Network
+from modules.data import units
 from modules.data.accuracy import SIGNS, Accuracy, Place, Term
 from modules.data.fold import Check
 from modules.data.operators import Floats
@@ -33,7 +34,8 @@ STATISTICS = ("max", "mean", "median", "p95", "sum")
 QUANTITIES = ("position", "value", "velocity", "area", "length", "gradient")
 """What errors are usually of: a demand on one of these that nobody speaks of is about nothing, not misspelt."""
 
-LENGTHS: Mapping[str, float] = {"nm": 1e-9, "µm": 1e-6, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "m": 1.0, "km": 1e3}
+LENGTHS = ("nm", "µm", "mm", "cm", "dm", "m", "km", "ft", "mi")
+"""What is proposed for a misspelt length; any unit that is known can be written."""
 CELL = "cell"
 PLACES: tuple[Place, ...] = get_args(Place)
 
@@ -204,10 +206,14 @@ class Demand:
 
     def _factor(self, terms: Iterable[Term], value: Any) -> tuple[float, str, str]:
         """(what one of the demand's unit is in the quantity's, the unit, why there is none)."""
-        units = sorted({t.unit for t in terms})
-        if len(units) > 1:
-            return 1.0, "", f"errors of {self.quantity} come in {', '.join(u or 'plain numbers' for u in units)}"
-        mine = units[0]
+        terms = list(terms)
+        mine = terms[0].unit
+        try:
+            if set(units.together(t.unit for t in terms).values()) != {1.0} and self.term:
+                return 1.0, "", f"the errors {self.term!r} come in several units: name one of them"
+        except units.UnitError:
+            several = sorted({t.unit or "plain numbers" for t in terms})
+            return 1.0, "", f"errors of {self.quantity} come in {', '.join(several)}"
         if self.unit in ("", mine):
             return 1.0, mine, ""
         if self.unit == CELL:
@@ -215,9 +221,9 @@ class Demand:
                 raise DemandRefused(f"{self.text!r}: a cell measures lengths; {self.quantity} is in {mine or 'plain numbers'}")
             cell = getattr(value, "cell", None)
             return (float(cell), CELL, "") if cell else (1.0, CELL, "what it is about does not know the size of its cells")
-        if self.unit in LENGTHS and mine in LENGTHS:
-            return LENGTHS[self.unit] / LENGTHS[mine], self.unit, ""
-        known = [*([mine] if mine else []), *(LENGTHS if mine in LENGTHS else ()), CELL]
+        if mine and units.known(self.unit) and units.known(mine) and units.parse(self.unit).powers == units.parse(mine).powers:
+            return units.factor(self.unit, mine), self.unit, ""
+        known = [*([mine] if mine else []), *(LENGTHS if units.is_length(mine) else ()), CELL]
         close = f"; did you mean {near!r}?" if (near := nearest(self.unit, known)) else ""
         has = mine or "plain numbers: write no unit"
         raise DemandRefused(f"{self.text!r}: {self.quantity} is in {has}, not {self.unit!r}{close}")

@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from modules.data.fold import Check
-from modules.data.operators import Floats, Identity, Ints, Operator, Sum, scaling
+from modules.data.operators import Floats, Identity, Ints, Operator, Sum, scaling, uniform
 from modules.data.terms import (
     SIGNS,
     Carrier,
@@ -32,6 +32,7 @@ from modules.data.terms import (
     exactly,
     line,
 )
+from modules.data.units import UnitError, together
 
 __all__ = [
     "EXACT", "SIGNS", "Accuracy", "Carrier", "Ended", "Flag", "Line", "Missing", "Place", "Rigour", "Source", "Stage",
@@ -168,23 +169,25 @@ class Accuracy:
 
         Returns
         -------
-        (n,) float, in the unit of the quantity
+        (n,) float, in the unit of the first term of the quantity
 
         Raises
         ------
-        ValueError : terms of the quantity have different units
+        ValueError : terms of the quantity have units that measure different things
 
         Source: JCGM 101; uncertainties of independent sources add in squares, proven bounds linearly.
         """
         terms = self.select(quantity, place)
-        if len({t.unit for t in terms}) > 1:
+        try:
+            into = together(t.unit for t in terms)
+        except UnitError:
             units = ", ".join(sorted({t.unit or "plain numbers" for t in terms}))
-            raise ValueError(f"errors of {quantity} come in {units}: convert first")
+            raise ValueError(f"errors of {quantity} come in {units}: convert first") from None
         count = terms[0].count if terms else (self.of.counts.get(place, 0) if self.of else 0)
         n = count if items is None else len(items)
         straight, squares = np.zeros(n), np.zeros(n)
         for i, term in enumerate(terms):
-            size = term.size(items, _share(check, i, len(terms)))
+            size = term.size(items, _share(check, i, len(terms))) * into[term.unit]
             if term.kind in ("linear", "members"):
                 squares += size**2
             else:
@@ -292,8 +295,13 @@ def _merged(ways: list[Term]) -> Term:
     if len(ways) == 1:
         return ways[0]
     first = ways[0]
-    if any(w.unit != first.unit or w.kind != first.kind for w in ways):
-        raise ValueError(f"the source {first.name!r} arrives in different units or kinds: convert before joining")
+    try:
+        into = together(w.unit for w in ways)
+    except UnitError:
+        raise ValueError(f"the source {first.name!r} arrives in units that measure different things: end it on one") from None
+    if any(w.kind != first.kind for w in ways):
+        raise ValueError(f"the source {first.name!r} arrives in different kinds: convert before joining")
+    ways = [w if into[w.unit] == 1 else w.push(uniform((w.operator.shape[0],), into[w.unit]), unit=first.unit) for w in ways]
     if all(w.value is first.value or np.array_equal(w.value, first.value) for w in ways[1:]):
         return replace(first, operator=Sum(tuple(w.operator for w in ways)))
     return _summed(ways)

@@ -150,11 +150,12 @@ class ImageLook:
 
 @dataclass(frozen=True, kw_only=True)
 class ChartLook:
-    """A curve, bars or a scatter of two columns."""
+    """A curve, bars or a scatter of two columns; a band or bars of error between y and a third one, `upper`."""
 
-    kind: Literal["curve", "bars", "scatter"] = "curve"
+    kind: Literal["curve", "bars", "scatter", "band", "error bars"] = "curve"
     x: str = ""
     y: str = ""
+    upper: str = ""
     colour: Colour = "line"
 
 

@@ -6,7 +6,7 @@ Quantities travel in plain numbers with their unit as text; the text is read whe
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from math import pi
@@ -244,3 +244,19 @@ def _written(powers: Mapping[str, int]) -> str:
     top = " ".join(word(name, power) for name, power in powers.items() if power > 0)
     below = "".join("/" + word(name, -power) for name, power in powers.items() if power < 0)
     return f"{top or '1'}{below}" if top or below else ""
+
+
+def together(units: Iterable[str]) -> dict[str, float]:
+    """For each of some units what a difference in it is multiplied by to be in the first of them.
+
+    Raises
+    ------
+    UnitError : they measure different things, or one that differs is not known
+    """
+    wanted = list(dict.fromkeys(units))
+    return {unit: 1.0 if same(unit, wanted[0]) else factor(unit, wanted[0]) for unit in wanted}
+
+
+def is_length(unit: str) -> bool:
+    """Whether a unit measures lengths."""
+    return known(unit) and parse(unit).powers == parse("m").powers

@@ -11,6 +11,7 @@ from modules.data.operators import Floats
 from modules.data.units import linear, same
 from modules.modellers._linear import flat, incoming, lattice_of
 
+NOTHING = "it is exactly 0 in the member"
 REPEATED = "of repeated measurements the mean is as sure as the spread over the root of their number"
 COMMON = Missing("Error common to all members", "members tell of random differences only")
 JACKKNIFE = Source(
@@ -92,7 +93,11 @@ def _members(fields: list[Samples]) -> tuple[Floats, Accuracy]:
         scale, plus = (1.0, 0.0) if same(one.unit, first.unit) else linear(one.unit, first.unit)
         made.append(scale * flat(one) + plus)
         share = uniform(lattice_of(first), scale / len(fields))
-        parts.append((incoming(one).push(share, unit=first.unit, components=first.components), None))
+        known = incoming(one)
+        for term in known.terms:
+            if term.source.rigour == "exact" and not term.value.any():
+                known = known.end(term, NOTHING)
+        parts.append((known.push(share, unit=first.unit, components=first.components), None))
     return np.stack(made), Accuracy.join(parts)
 
 

@@ -1,17 +1,18 @@
-"""Two columns of a table as a curve, bars or a scatter."""
+"""Columns of a table as a curve, bars, a scatter, or a band of error."""
 
 from __future__ import annotations
 
 from modules.api import Annotated, ChartLook, Choice, Layer, Literal, Shown, Table, renderer
 
 
-@renderer("Chart", aliases=("graph", "plot", "curve", "histogram", "error over time"), output="layer")
+@renderer("Chart", version=2, aliases=("graph", "plot", "curve", "histogram", "error over time", "error bars"), output="layer")
 def chart(
     table: Table,
     *,
-    kind: Literal["curve", "bars", "scatter"] = "curve",
+    kind: Literal["curve", "bars", "scatter", "band", "error bars"] = "curve",
     x: Annotated[str, Choice(of="table.names")] = "",
     y: Annotated[str, Choice(of="table.names")] = "",
+    upper: Annotated[str, Choice(of="table.names")] = "",
     colour: str = "line",
     title: str = "",
 ) -> Layer:
@@ -19,8 +20,11 @@ def chart(
 
     Parameters
     ----------
-    kind : curve (a gap where a number is missing), bars or scatter
-    x, y : columns; automatic: the first and the second
+    kind : curve (a gap where a number is missing), bars or scatter; band, what lies between y and `upper`; or error bars, which
+        run from y to `upper`
+    x, y : columns; automatic: the first and the second. Of a band or error bars y is automatically the column that ends in
+        "less error"
+    upper : the other end of a band or of error bars; automatic: the column that ends in "and error"
     colour : a role or "#rrggbb"
     title : for the legend; automatic: the column, and nothing where the error itself stands there
 
@@ -30,8 +34,11 @@ def chart(
 
     Accuracy: passed on as it is. A column that states the size of an error of the table is named in the legend as shown.
     """
-    across, up = x or _name(table, 0), y or _name(table, 1)
-    for name in (across, up):
+    between = kind in ("band", "error bars")
+    across = x or _name(table, 0)
+    up = y or (_ending(table, " less error") if between else _name(table, 1))
+    top = (upper or _ending(table, " and error")) if between else ""
+    for name in (across, up, top) if between else (across, up):
         if name not in table.columns:
             raise ValueError(f"the table has no column {name!r}: it has {', '.join(table.columns)}")
         if table.columns[name].dtype.kind not in "fiub":
@@ -40,9 +47,21 @@ def chart(
     shows: tuple[Shown, ...] = ()
     if up in quantities:
         shows = (Shown(up, quantities[up], f"over {across}"),)
-    look = ChartLook(kind=kind, x=across, y=up, colour=colour)
-    words = title or ("" if shows else up[:1].upper() + up[1:])
+    if between:
+        base, note = up.removesuffix(" less error"), "in the band" if kind == "band" else "in the bars"
+        shows = tuple(Shown(t.name, t.quantity, note) for t in table.accuracy.select(base))
+    look = ChartLook(kind=kind, x=across, y=up, upper=top, colour=colour)
+    called = f"error of {up.removesuffix(' less error')}" if between else up
+    words = title or ("" if shows else called[:1].upper() + called[1:])
     return Layer(shape=table, look=look, title=words, shows=shows, accuracy=table.accuracy)
+
+
+def _ending(table: Table, words: str) -> str:
+    """The first column whose name ends so."""
+    found = next((name for name in table.columns if name.endswith(words)), "")
+    if not found:
+        raise ValueError(f"no column ends in{words!r}: name the two columns between which the error lies as y and upper")
+    return found
 
 
 def _name(table: Table, which: int) -> str:

@@ -34,6 +34,7 @@ from modules.api import (
     exactly,
     scaling,
     stencil,
+    uniform,
     unknown,
 )
 from modules.data.accuracy import accuracies, replace_accuracies
@@ -105,8 +106,8 @@ def test_bounds_add_deviations_add_in_squares_signed_terms_count_by_their_size()
 def test_only_like_quantities_add() -> None:
     accuracy = EXACT.add(bound("a", 1.0, 3, quantity="position", unit="m"), bound("b", 2.0, 3))
     assert np.array_equal(accuracy.total(2, "position"), np.ones(3))
-    metres = EXACT.add(bound("a", 1.0, 3, unit="m"), bound("b", 2.0, 3, unit="km"))
-    with pytest.raises(ValueError, match="km, m: convert first"):
+    metres = EXACT.add(bound("a", 1.0, 3, unit="m"), bound("b", 2.0, 3, unit="s"))
+    with pytest.raises(ValueError, match="m, s: convert first"):
         metres.total(2, "value")
 
 
@@ -247,3 +248,25 @@ def test_accuracy_has_no_default() -> None:
     ):
         with pytest.raises(TypeError, match="accuracy"):
             make()
+
+
+def test_errors_in_units_of_one_kind_are_brought_together() -> None:
+    both = Accuracy((bound("a", 1.0, 3, unit="m"), bound("b", 0.002, 3, unit="km")))
+    assert both.total(2.0, "value") == pytest.approx([3.0] * 3)
+    with pytest.raises(ValueError, match="convert first"):
+        Accuracy((bound("a", 1.0, 3, unit="m"), bound("b", 0.002, 3, unit="s"))).total(2.0, "value")
+    one = bound("a", 1.0, 3, unit="m")
+    less = replace(one.push(uniform((3,), -1e-3)), unit="km")
+    assert not Accuracy.join([(Accuracy((one,)), None), (Accuracy((less,)), None)]).total(2.0, "value").any()
+
+
+def test_one_source_with_other_numbers_on_another_way_adds_its_effects() -> None:
+    said = Source("s", "data", "estimated", "made up [test/1]")
+    draws = np.random.default_rng(0).normal(size=(9, 4))
+    members = [Term(said, "members", "value", "", v, Identity(4), id="s") for v in (draws, -(draws**2))]
+    merged = Accuracy.join([(Accuracy((m,)), None) for m in members]).terms[0]
+    assert merged.error() == pytest.approx((draws - draws**2).std(axis=0, ddof=1))
+    sizes = [Term(said, "linear", "value", "", np.full(4, v), Identity(4), id="s") for v in (2.0, 3.0)]
+    assert Accuracy.join([(Accuracy((m,)), None) for m in sizes]).terms[0].error() == pytest.approx([5.0] * 4)
+    signs = [Term(said, "signed", "value", "", np.full(4, v), Identity(4), id="s") for v in (2.0, -3.0)]
+    assert Accuracy.join([(Accuracy((m,)), None) for m in signs]).terms[0].error() == pytest.approx([-1.0] * 4)

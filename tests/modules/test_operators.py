@@ -29,6 +29,7 @@ from modules.data.operators import (
     stencil,
     uniform,
 )
+from modules.data.separable import folded
 
 Floats = NDArray[np.float64]
 LATTICES = [(7,), (5, 6), (4, 5, 6)]
@@ -189,3 +190,22 @@ def test_many_rows_of_one_entry_are_folded_once_and_are_the_same(kind: Kind) -> 
     assert got == pytest.approx(np.concatenate([fold(kind, value, operator, np.array([i])) for i in range(40)]))
     some = np.array([3, 3, 3, 8, 8, 3])
     assert fold(kind, value, operator, some) == pytest.approx(got[some])
+
+
+@pytest.mark.parametrize("lattice", LATTICES)
+@pytest.mark.parametrize("uneven", [False, True])
+def test_one_source_by_several_ways_of_stencils_is_folded_along_the_axes(lattice: tuple[int, ...], uneven: bool) -> None:
+    random = np.random.default_rng(len(lattice))
+    n = int(np.prod(lattice))
+    smooth: Operator = Identity(n)
+    for axis in range(len(lattice)):
+        smooth = stencil(lattice, axis, (-1, 0, 2), (0.3, 0.5, 0.2)).after(smooth)
+    ways = Sum((Identity(n), uniform(lattice, -0.8).after(smooth), stencil(lattice, 0, (-1, 1), (-0.5, 0.5))))
+    value = random.uniform(0.5, 2, n) if uneven else np.asarray(1.5)
+    wanted = np.sqrt((dense(ways) ** 2) @ np.broadcast_to(value, (n,)) ** 2)
+    assert fold("linear", value, ways) == pytest.approx(wanted, rel=1e-9)
+    assert folded("linear", value, ways, None) is not None
+    some = np.arange(0, n, 2)
+    assert fold("linear", value, ways, some) == pytest.approx(wanted[some], rel=1e-9)
+    nothing = Sum((smooth, uniform(lattice, -1.0).after(smooth)))
+    assert not fold("linear", value, nothing).any()

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from modules.api import Accuracy, Frame, Identity, Progress, Samples, Source, Spread, Table, Term, bound, deviation
+from app.draw.meshes import chart_of
+from modules.api import Accuracy, ChartLook, Frame, Identity, Progress, Samples, Source, Spread, Table, Term, bound, deviation
 from modules.data.adjoint import weighed
 from modules.modellers.gradient import gradient
 from modules.modellers.histogram import histogram
 from modules.modellers.smooth import smooth
 from modules.modellers.statistics import statistics
+from modules.renderers.chart import chart
 from tests.modules.manufactured import errors, fields
 
 Floats = NDArray[np.float64]
@@ -226,3 +228,22 @@ def test_a_constant_field_is_in_one_class_and_nonsense_is_refused() -> None:
         histogram(samples(), low=3.0, high=1.0)
     with pytest.raises(ValueError, match="every sample is a hole"):
         histogram(samples(values=np.full(SHAPE, np.nan)))
+
+
+# --- drawn -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("kind", "note"), [("band", "in the band"), ("error bars", "in the bars")])
+def test_a_chart_draws_the_error_between_two_columns(kind: str, note: str) -> None:
+    table = histogram(samples(independent(0.2)), classes=7)
+    layer = chart(table, kind=kind)  # type: ignore[arg-type]  # a word
+    look = layer.look
+    assert isinstance(look, ChartLook)
+    assert (look.x, look.y, look.upper) == ("height", "count less error", "count and error")
+    assert [(s.name, s.quantity, s.note) for s in layer.shows] == [("noise", "count", note)]
+    drawn_as = chart_of(table, look.x, look.y, look.kind, look.upper)
+    bounds = drawn_as.bounds if hasattr(drawn_as, "bounds") else drawn_as.GetBounds()
+    assert bounds[2] == pytest.approx(table.columns["count less error"].min())
+    assert bounds[3] == pytest.approx(table.columns["count and error"].max())
+    with pytest.raises(ValueError, match="no column ends in"):
+        chart(statistics(samples()), kind=kind)  # type: ignore[arg-type]  # a word
