@@ -6,7 +6,11 @@ the surface is a graph over the other two. The graph is linear-fractional in eac
 the four corners, and no farther from their convex hull than range x ((sqrt r - 1) / (sqrt r + 1)) along each, r the ratio
 of the rises at both ends. The distance to a triangle is convex, so that the four corners tell of the hull.
 
-Source: multi-affine polynomials; the bound of the linear-fractional graph is our own.
+Where a box lies over the edge between two triangles, both count, if they make a convex quadrangle when unfolded. Of points
+Q of theirs the mean, in the unfolded plane, is a point of the quadrangle; folding it back moves the rest of the mean by no
+more than half of |n1 - n2| times the largest distance of a Q from the edge, for the side with less weight is moved.
+
+Source: multi-affine polynomials; the bounds of the linear-fractional graph and of the fold are our own.
 """
 
 import math
@@ -18,15 +22,21 @@ import numpy as np
 from modules.kernels._jit import lean, lean_inlined, lean_part
 from modules.kernels.marching_cases import Floats, Integers, frozen, int64
 
-DEPTH = 5
+DEPTH = 8
 """A cell is cut in at most 2^DEPTH pieces along an axis."""
 
 CLOSE = 1.25
 """Times the distance of the cell's triangles from the surface: a bound below it is not made better."""
 
+FINE = 2.0**-7
+"""Of the cell: nor is one below this."""
+
 ROUNDING = 2.0**-44
 CELLS_A_SLAB = 1 << 10
 ROOM = 8 * (7 * DEPTH + 8)
+MOST_PAIRS = 64
+PAIR = 9
+"""Of two triangles with a common edge: their numbers, |n1 - n2| / 2, the ends of the edge."""
 
 Slabs = Callable[[Callable[[int], Any], Iterable[int]], list[Any]]
 
@@ -81,6 +91,61 @@ def _nearest(p: Floats, count: int, corner: Floats, first: int, last: int) -> fl
                 break
         best = min(best, worst)
     return math.sqrt(best)
+
+
+@lean_part
+def _fold(t: Floats, one: int, two: int, a: int, b: int, pair: Floats, at: int) -> bool:
+    """The pair of triangles with the common corners a and b of the first; whether they are a convex quadrangle unfolded."""
+    start, stop = 9 * one + 3 * a, 9 * one + 3 * b
+    ex, ey, ez = t[stop] - t[start], t[stop + 1] - t[start + 1], t[stop + 2] - t[start + 2]
+    long = ex * ex + ey * ey + ez * ez
+    pair[at], pair[at + 1], bend = float(one), float(two), 0.0
+    place, height = pair[at + 3 : at + 5], pair[at + 5 : at + 7]
+    for side in range(2):
+        j, far = 9 * (two if side else one), -1.0
+        for c in range(3):
+            px, py, pz = t[j + 3 * c] - t[start], t[j + 3 * c + 1] - t[start + 1], t[j + 3 * c + 2] - t[start + 2]
+            along = (px * ex + py * ey + pz * ez) / long if long > 0.0 else 0.0
+            off = math.sqrt((px - along * ex) ** 2 + (py - along * ey) ** 2 + (pz - along * ez) ** 2)
+            if off > far:
+                far, place[side], height[side] = off, along, off
+    total = height[0] + height[1]
+    if not (height[0] > 0.0 and height[1] > 0.0):
+        return False
+    crossing = place[0] + (place[1] - place[0]) * height[0] / total
+    for axis in range(3):
+        p, q = (axis + 1) % 3, (axis + 2) % 3
+        rise = 0.0
+        for side in range(2):
+            j = 9 * (two if side else one)
+            turn = (t[j + 3 + p] - t[j + p]) * (t[j + 6 + q] - t[j + q]) - (t[j + 3 + q] - t[j + q]) * (t[j + 6 + p] - t[j + p])
+            rise += (1.0 - 2.0 * side) * turn / (height[side] * math.sqrt(long))
+        bend += rise * rise
+    pair[at + 2] = 0.5 * math.sqrt(bend)
+    for axis in range(3):
+        pair[at + 3 + axis], pair[at + 6 + axis] = t[start + axis], t[stop + axis]
+    return bool(0.0 <= crossing <= 1.0)
+
+
+@lean_part
+def _over_edges(p: Floats, count: int, corner: Floats, pair: Floats, pairs: int, best: float) -> float:
+    """As `_nearest`, for two triangles with a common edge at a time; no more than `best`."""
+    for n in range(pairs):
+        b, far, out = PAIR * n, 0.0, 0.0
+        one, two, half = int64(pair[b]), int64(pair[b + 1]), pair[b + 2]
+        ex, ey, ez = pair[b + 6] - pair[b + 3], pair[b + 7] - pair[b + 4], pair[b + 8] - pair[b + 5]
+        long = ex * ex + ey * ey + ez * ez
+        for i in range(count):
+            far = max(far, min(_square(p, 3 * i, corner, 9 * one), _square(p, 3 * i, corner, 9 * two)))
+            if far >= best * best:
+                break
+            px, py, pz = p[3 * i] - pair[b + 3], p[3 * i + 1] - pair[b + 4], p[3 * i + 2] - pair[b + 5]
+            along = (px * ex + py * ey + pz * ez) / long
+            out = max(out, (px - along * ex) ** 2 + (py - along * ey) ** 2 + (pz - along * ez) ** 2)
+        if far < best * best:
+            off = math.sqrt(far)
+            best = min(best, off + half * (math.sqrt(out) + off))
+    return best
 
 
 @lean_inlined
@@ -160,7 +225,9 @@ def _split(box: Floats, b: int, axis: int) -> int:
 
 
 @lean_part
-def _cell(f: Floats, low: Floats, size: Floats, corner: Floats, first: int, last: int, aim: float, room: Floats) -> float:
+def _cell(
+    f: Floats, low: Floats, size: Floats, corner: Floats, last: int, pair: Floats, pairs: int, aim: float, room: Floats
+) -> float:
     """The largest distance of the surface in a cell from its triangles; f[8] is what rounding may add to F."""
     g, p, box = room[0:8], room[8:32], room[32:]
     for n in range(3):
@@ -174,14 +241,19 @@ def _cell(f: Floats, low: Floats, size: Floats, corner: Floats, first: int, last
         axis, spread = _graph(g, box, b, low, size, p, 4.0 * f[8])
         if axis >= 0:
             extra = spread * box[b + 3 + axis] * size[axis] * _far(g, axis)
-            bound = math.inf if extra > aim and box[b + 6] < DEPTH else _nearest(p, 4, corner, first, last) + extra
+            bound = math.inf
+            if extra <= aim or box[b + 6] >= DEPTH:
+                bound = _nearest(p, 4, corner, int64(0), last)
+                if bound + extra > max(aim, worst):
+                    bound = _over_edges(p, 4, corner, pair, pairs, bound)
+                bound += extra
         else:
             bound = math.inf
             if box[b + 6] >= DEPTH:
                 for c in range(8):
                     for a in range(3):
                         p[3 * c + a] = low[a] + size[a] * (box[b + a] + ((c >> (2 - a)) & 1) * box[b + 3 + a])
-                bound = _nearest(p, 8, corner, first, last)
+                bound = _nearest(p, 8, corner, int64(0), last)
         if bound <= max(aim, worst) or box[b + 6] >= DEPTH:
             worst = max(worst, bound)
         else:
@@ -189,10 +261,22 @@ def _cell(f: Floats, low: Floats, size: Floats, corner: Floats, first: int, last
     return worst
 
 
+@lean_inlined
+def _common(triangle: Integers, one: int, two: int) -> tuple[int, int]:
+    """Two corners of a triangle that another one has too; the second is -1 if there are no two."""
+    a, b = -1, -1
+    for c in range(3):
+        v = triangle[one, c]
+        if v == triangle[two, 0] or v == triangle[two, 1] or v == triangle[two, 2]:
+            a, b = (c, b) if a < 0 else (a, c)
+    return a, b
+
+
 @lean
 def _measure(
     values: Floats, level: float, x: Floats, y: Floats, z: Floats, point: Floats, triangle: Integers, origin: Integers,
     start: Integers, first: int, last: int, reach: Floats, spare: float, bound: Floats, room: Floats, corner: Floats,
+    pair: Floats,
 ) -> None:
     """The bounds of cells first to last - 1, whose triangles begin where `start` tells."""
     f, low, size, rest = room[0:9], room[9:12], room[12:15], room[16:]
@@ -205,14 +289,20 @@ def _measure(
         f[8] = spare
         low[0], low[1], low[2] = x[i], y[j], z[k]
         size[0], size[1], size[2] = x[i + 1] - x[i], y[j + 1] - y[j], z[k + 1] - z[k]
-        aim = 0.0
+        aim = FINE / CLOSE * min(size[0], size[1], size[2])
         for m in range(m0, m1):
             if reach[m] < math.inf:
                 aim = max(aim, reach[m])
             for c in range(3):
                 for axis in range(3):
                     corner[9 * (m - m0) + 3 * c + axis] = point[triangle[m, c], axis]
-        bound[n] = _cell(f, low, size, corner, int64(0), m1 - m0, CLOSE * aim, rest)
+        pairs = int64(0)
+        for one in range(m0, m1):
+            for two in range(one + 1, m1):
+                a, b = _common(triangle, one, two)
+                if b >= 0 and pairs < MOST_PAIRS:
+                    pairs += int64(_fold(corner, one - m0, two - m0, a, b, pair, PAIR * pairs))
+        bound[n] = _cell(f, low, size, corner, m1 - m0, pair, pairs, CLOSE * aim, rest)
 
 
 def distances(
@@ -244,8 +334,8 @@ def distances(
 
     def measure(first: int) -> None:
         last = min(first + CELLS_A_SLAB, len(bound))
-        room, corner = np.empty(16 + 32 + ROOM), np.empty(9 * most)
-        _measure(field, float(level), x, y, z, at, ids, origin, start, first, last, near, spare, bound, room, corner)
+        room, corner, pair = np.empty(16 + 32 + ROOM), np.empty(9 * most), np.empty(PAIR * (MOST_PAIRS + 1))
+        _measure(field, float(level), x, y, z, at, ids, origin, start, first, last, near, spare, bound, room, corner, pair)
 
     each = slabs or (lambda function, numbers: [function(n) for n in numbers])
     each(measure, range(0, len(bound), CELLS_A_SLAB))

@@ -74,7 +74,7 @@ def isosurface(
     levels : several at once, instead of the one
     normals : for smooth light, from the slopes at the samples (nodes), of the cells' own polynomials (cells), or of the
         triangles; as values "normal" of the points
-    both_ways : prove the distance from the surface to the triangles too; slower, and about five times as large
+    both_ways : prove the distance from the surface to the triangles too: slow, and two to three times as large in the middle
     on_faces, inside : shoulder points on faces, and points inside cells, of 'accurate' are put where the surface bends most;
         else in the middle, where a straight polygon has them
     inflections : tunnels and bent-back polygons of 'accurate' are joined at inflection points; else they are not seen
