@@ -27,7 +27,7 @@ from app.gui.widgets.parts import button
 from modules.data.accuracy import Flag
 from modules.data.geometry import Geometry
 from modules.data.places import where
-from modules.data.wires import Samples
+from modules.data.wires import Samples, Table
 from modules.progress import Progress
 
 NAMES: Final = {"kappa": "Slope too small for the error"}
@@ -265,7 +265,9 @@ class WorstPage(Places):
         self.side.insertWidget(0, self.of)
         self.keep = button("Add to the network", self.add, link=True, tip="Put the module that lists them behind this shape")
         self.side.insertWidget(self.side.count() - 1, self.keep, 0, Qt.AlignmentFlag.AlignLeft)
+        self.given: Any = None
         self.table: Any = None
+        self.note = ""
         self.of.activated.connect(lambda _: self.refresh())
         session.selectionChanged.connect(self._follow)
         session.resultChanged.connect(lambda _: self._offer() if self.isVisible() else None)
@@ -314,14 +316,16 @@ class WorstPage(Places):
         record = self.session.catalogue.get(WORST)
         value = (self.session.outputs(shape[0]) or {}).get(shape[1]) if shape else None
         if record is not None and isinstance(value, Geometry) and shape is not None:
-            job = lambda: record.function(value, Progress(), count=self.COUNT).table.columns  # noqa: E731  # short, said once
+            job = lambda: record.function(value, Progress(), count=self.COUNT).table  # noqa: E731  # short, said once
             table = self.session.look("worst", shape[0], shape[1], self.session.runs.key(shape[0]), job=job)
         self._show(table)
 
     def _show(self, table: Any) -> None:
-        if table is self.table and table is not None:
+        if table is self.given and table is not None:
             return
-        self.table = table if isinstance(table, dict) else None
+        kept = table if isinstance(table, Table) else None
+        self.given, self.table = table, kept.columns if kept else None
+        self.note = " ".join(f"{f.words[:1].upper()}{f.words[1:]}." for f in kept.accuracy.flags) if kept else ""
         self.list.clear()
         columns = self.table or {}
         for i in range(len(columns.get("rank", ()))):
@@ -357,7 +361,8 @@ class WorstPage(Places):
         if self.table is None or self.shape is None or not len(self.table["rank"]):
             return "", ""
         quantity = self.table["quantity"][0]
-        return f"Largest errors of {quantity} in {self.shape[0]}.", "Single sources, standard deviations as they are (k = 1)."
+        words = f"Largest errors of {quantity} in {self.shape[0]}. {self.note}".strip()
+        return words, "Single sources, standard deviations as they are (k = 1)."
 
     def add(self) -> None:
         """Put the module behind the shape: one edit."""

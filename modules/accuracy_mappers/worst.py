@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,7 @@ from modules.api import (
     Annotated,
     Cells,
     Field,
+    Flag,
     Geometry,
     NamedTuple,
     Progress,
@@ -25,6 +28,8 @@ Ints = NDArray[np.int64]
 
 ORDER = ("position", "area", "value", "velocity", "length")
 """Which quantity is meant if none is named: the first of these that there is."""
+UNBOUNDED = -1.0
+"""Where an error without a bound stands in the order of sizes: after all that have one."""
 WHY = "the largest sizes are listed as plain numbers; the errors themselves stay with the geometry"
 
 
@@ -35,7 +40,7 @@ class Worst(NamedTuple):
     places: Geometry
 
 
-@accuracy_mapper("Worst places", aliases=("largest errors", "maximum error", "outliers", "top"))
+@accuracy_mapper("Worst places", aliases=("largest errors", "maximum error", "outliers", "top"), version=2)
 def worst(
     geometry: Geometry,
     progress: Progress,
@@ -43,11 +48,13 @@ def worst(
     *,
     count: Annotated[int, Range(1, 1000, log=True)] = 10,
     quantity: str = "",
+    reach: float | None = None,
 ) -> Worst:
     """The largest errors of a geometry: which source, where, how large; one row an error, the largest first.
 
-    Errors of size 0 are no worst places and are left out. Of errors of one size the source that stands first in the budget
-    comes first, then the item of the lower number.
+    Errors that have no bound, or one beyond `reach`, say only that nothing is known there: they come after all others, and a
+    flag tells how many there are. Errors of size 0 are no worst places and are left out. Of errors of one size the source that
+    stands first in the budget comes first, then the item of the lower number.
 
     Parameters
     ----------
@@ -55,10 +62,12 @@ def worst(
     accuracy : of the same geometry; its own by default
     count : number of rows
     quantity : position, area, value ...; automatic: the first of position, area, value that there is
+    reach : an error larger than this is taken as one without a bound; automatic: the size of the geometry for errors of
+        position, no such limit for others
 
     Raises
     ------
-    ValueError : no error of that quantity is known, its sources have different units, or no row is wanted
+    ValueError : no error of that quantity is known, its sources have different units, no row is wanted, or a reach of 0 or less
 
     Accuracy: sizes are those of the budget, standard deviations as they are (k = 1); the terms end here, for the table
         holds their largest values as plain numbers.
@@ -66,13 +75,17 @@ def worst(
     """
     if count < 1:
         raise ValueError(f"count must be at least 1, not {count}")
+    if reach is not None and not reach > 0:
+        raise ValueError(f"no error lies within a reach of {reach:g}: give a number above zero")
     shown = geometry.accept(accuracy)
     terms = _terms(shown, quantity)
     sizes = [t.size(None, progress.part(i / len(terms), (i + 1) / len(terms))) for i, t in enumerate(terms)]
-    which, item = _largest(sizes, count)
+    limit = (_extent(geometry) if terms[0].quantity == "position" else math.inf) if reach is None else reach
+    which, item = _largest(sizes, count, limit)
     at = _positions(geometry, terms, which, item)
     table = _table(terms, sizes, which, item, at)
     ended = Accuracy().end_from(shown, WHY).end_from(geometry.accuracy, WHY).miss(*shown.missing)
+    ended = ended.flag(*_unbounded(sizes, limit, terms[0]))
     return Worst(
         Table(columns=table, units=_units(geometry, terms), name=f"worst {terms[0].quantity}", accuracy=ended),
         Geometry(
@@ -107,11 +120,30 @@ def _terms(shown: Accuracy, quantity: str) -> tuple[Term, ...]:
     return terms
 
 
-def _largest(sizes: list[Floats], count: int) -> tuple[Ints, Ints]:
-    """(term, item) of the largest sizes above 0; of equal ones the first term, then the lowest item."""
+def _extent(geometry: Geometry) -> float:
+    """From corner to corner; infinite for a geometry that is one point or none."""
+    points = geometry.points[np.isfinite(geometry.points).all(axis=1)]
+    return (float(np.linalg.norm(np.ptp(points, axis=0))) or math.inf) if len(points) else math.inf
+
+
+def _unbounded(sizes: list[Floats], limit: float, term: Term) -> tuple[Flag, ...]:
+    """That some errors are not known to stay within the limit."""
+    beyond, of = sum(int(np.sum(_beyond(s, limit))) for s in sizes), sum(map(len, sizes))
+    far = "" if math.isinf(limit) else f" or one beyond {f'{limit:.3g} {term.unit}'.strip()}"
+    words = f"{beyond:,} of {of:,} errors of {term.quantity} have no bound{far}: they are listed after all others"
+    return (Flag("unbounded", words),) if beyond else ()
+
+
+def _beyond(size: Floats, limit: float) -> NDArray[np.bool_]:
+    return np.isinf(size) | (size > limit)
+
+
+def _largest(sizes: list[Floats], count: int, limit: float = math.inf) -> tuple[Ints, Ints]:
+    """(term, item) of the largest sizes above 0, those within the limit first; of equal ones the first term and lowest item."""
     found: list[tuple[Floats, Ints, Ints]] = []
-    for i, size in enumerate(sizes):
-        item = np.flatnonzero(size > 0)
+    for i, told in enumerate(sizes):
+        size = np.where(_beyond(told, limit), UNBOUNDED, told)
+        item = np.flatnonzero((size != 0) & ~np.isnan(size))
         if len(item) > count:  # all that reach the smallest of the largest, so that ties are decided below
             least = np.partition(size[item], len(item) - count)[len(item) - count]
             above, ties = item[size[item] > least], item[size[item] == least]

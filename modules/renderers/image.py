@@ -45,7 +45,7 @@ def image(
     ----------
     colours : colour map to use instead of `map`
     show : values (colours), relief (grey shading of the slopes), or both
-    map : values (cividis), errors (clay to ember) or greys
+    map : values (cividis), errors (clay to ember) or greys (dark is little)
     scale : of the colours
     steps : number of discrete colours; 0 for a continuous map
     low, high : ends of the colours; automatic: those of the values

@@ -43,7 +43,7 @@ def lines(
     width : in pixels at 100 %
     colour : a role ("line", "text 2", "dust" ...) or "#rrggbb"; used where no values give the colour
     colour_by : values that give the colour
-    map : values (cividis), errors (clay to ember) or greys
+    map : values (cividis), errors (clay to ember) or greys (dark is little)
     scale : of the colours
     low, high : ends of the colours; automatic: those of the values
     major : every so-many-th level is drawn thicker; 0 for none

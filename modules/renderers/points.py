@@ -29,7 +29,7 @@ def points(
     size : in pixels at 100 %
     colour : a role or "#rrggbb"; automatic: "dust", the colour of errors, if the points show one, else "line"
     colour_by : values that give the colour
-    map : values (cividis), errors (clay to ember) or greys
+    map : values (cividis), errors (clay to ember) or greys (dark is little)
     scale : of the colours
     low, high : ends of the colours; automatic: those of the values
     opacity : 1 covers what lies below, 0 shows nothing of the layer

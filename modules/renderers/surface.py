@@ -36,7 +36,7 @@ def surface(
     colours : colour map to use instead of `map`
     colour : a role or "#rrggbb"; used where no values give the colour
     colour_by : values that give the colour
-    map : values (cividis), errors (clay to ember) or greys
+    map : values (cividis), errors (clay to ember) or greys (dark is little)
     scale : of the colours
     low, high : ends of the colours; automatic: those of the values, and on bands those of the bands, whose borders then lie
         between two colours

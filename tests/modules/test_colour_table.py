@@ -47,6 +47,20 @@ def test_a_table_by_name(name: str) -> None:
     assert np.array_equal(back.colours, found.colours[::-1])
 
 
+@pytest.mark.parametrize(("name", "rises"), [("values", True), ("greys", True), ("errors", False)])
+def test_lightness_runs_one_way_for_every_eye(name: str, rises: bool) -> None:
+    """Light is much for values, as in images; of errors dark is much, so that what is sure stays quiet."""
+    colours = colour_table(table=name).colours  # type: ignore[arg-type]  # one of the words
+    at = np.linspace(0, len(colours) - 1, 101)
+    between = np.column_stack([np.interp(at, np.arange(len(colours)), c) for c in colours.T])
+    way = 1 if rises else -1
+    light = np.array(lightness(between))
+    assert (way * np.diff(light) > 0).all()
+    assert np.ptp(light) > 60
+    seen = without_green(between) @ np.array([0.2126, 0.7152, 0.0722])
+    assert (way * np.diff(seen) > 0).all()
+
+
 def test_both_sides_of_the_diverging_table_are_equally_dark_and_told_apart_by_every_eye() -> None:
     colours = colour_table(table="diverging").colours
     light = lightness(colours)

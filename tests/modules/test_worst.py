@@ -97,12 +97,25 @@ def test_points_of_their_own() -> None:
     assert got.table.columns["size"].tolist() == [2.0, 0.5]
 
 
-def test_no_error_is_no_worst_place_and_infinity_is_the_worst() -> None:
+def test_no_error_is_no_worst_place() -> None:
     none = listed(two_lines(a=bound("b", 0.0, 6, quantity="position")))
     assert none.table.rows == 0
     assert none.places.counts["point"] == 0
-    got = listed(two_lines(a=bound("b", [1, np.inf, 2, 0, 0, 0], 6, quantity="position")), count=2)
-    assert got.table.columns["size"].tolist() == [np.inf, 2.0]
+    assert not none.table.accuracy.flags
+
+
+def test_errors_without_a_bound_come_last_and_are_counted() -> None:
+    shape = two_lines(a=bound("b", [1, np.inf, 2, 0, 50, 0], 6, quantity="position"))
+    got = listed(shape)
+    assert got.table.columns["size"].tolist() == [2.0, 1.0, np.inf, 50.0]  # 50 is beyond the whole shape
+    assert got.table.columns["item"].tolist() == [2, 0, 1, 4]
+    (flag,) = got.table.accuracy.flags
+    assert flag.words.startswith("2 of 6 errors of position have no bound or one beyond 15.6:")
+    assert listed(shape, count=1).table.columns["size"].tolist() == [2.0]
+    assert listed(shape, reach=60.0).table.columns["size"].tolist() == [50.0, 2.0, 1.0, np.inf]
+    assert listed(shape, reach=1.5).table.columns["item"].tolist() == [0, 1, 2, 4]
+    with pytest.raises(ValueError, match="above zero"):
+        listed(shape, reach=0.0)
 
 
 def test_everything_is_accounted_for() -> None:
