@@ -109,7 +109,8 @@ def _asked(surface: Geometry, model: Model) -> tuple[tuple[Floats, Floats, Float
     grid = model.grid
     if not isinstance(grid, Regular | Rectilinear) or grid.dimensions != 3 or model.law.name != "linear":
         raise ValueError("surfaces are refined of linear models on regular or rectilinear grids of 3 dimensions")
-    if not {"grid cell", "level"} <= set(surface.values) or (surface.polygons.sizes() != 3).any():
+    only = surface.counts["cell"] == len(surface.polygons) and (surface.polygons.sizes() == 3).all()
+    if not {"grid cell", "level"} <= set(surface.values) or not only:
         raise ValueError("refining needs triangles that know their level and grid cell: wire the surface of 'isosurface'")
     x, y, z = grid.axes
     level = np.asarray(surface.values["level"].values, float)
@@ -156,6 +157,7 @@ def _geometry(
         Term(source, "bound", "position", unit or "", farthest, Identity(len(points))), *_topology(surface, len(points))
     )
     accuracy = accuracy.miss(*surface.accuracy.missing).flag(*_flags(reach, tolerance))
+    normals = "normal" in surface.values
     return Geometry(
         points=points,
         polygons=Cells.of(triangles),
@@ -163,6 +165,7 @@ def _geometry(
             "level": Field(np.repeat([level for level, _ in parts], [len(m.triangles) for _, m in parts]), "cell", model.unit),
             "distance": Field(np.where(proven, reach, np.nan), "cell", unit or ""),
             "grid cell": Field(cell, "cell"),
+            **({"normal": Field(kernels.marching_normals.from_nodes(values, *axes, points))} if normals else {}),
         },
         cell=surface.cell,
         frame=surface.frame,

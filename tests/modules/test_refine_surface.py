@@ -63,7 +63,8 @@ class TestTolerance:
         values = np.asarray(model.at(points.reshape(-1, 3))[0]).reshape(points.shape[:2])
         # within its distance, in some direction, F must change its sign
         step = 1e-5
-        slopes = [(np.asarray(model.at(np.clip(points.reshape(-1, 3) + step * e, 0, 6))[0]).reshape(values.shape) - values) / step
+        flat = points.reshape(-1, 3)
+        slopes = [(np.asarray(model.at(np.clip(flat + step * e, 0, 6))[0]).reshape(values.shape) - values) / step
                   for e in np.eye(3)]  # fmt: skip
         normal = np.stack(slopes, axis=-1)
         length = np.linalg.norm(normal, axis=-1, keepdims=True)
