@@ -351,11 +351,11 @@ class _Work:
 
     def change(self, tolerance: float, most: float, mark: int, folds: bool) -> int:
         """Turn edges and merge points, once; how many."""
-        arrays: tuple[Any, ...]
-        arrays = (self.corner, self.twin, self.cell, self.reach, self.out, self.stamp, self.work, self.room)
+        arrays: Any = (self.corner, self.twin, self.cell, self.reach, self.out, self.stamp, self.work, self.room)
         given = (*self.field.given, self.field.size)
         turned = _turn(*given, tolerance, self.points, self.plane, *arrays)
-        return turned + _pass(*given, most, mark, self.points, self.plane, self.fixed, *arrays, folds)
+        rest: Any = (*arrays, folds)
+        return turned + _pass(*given, most, mark, self.points, self.plane, self.fixed, *rest)
 
     def done(self) -> Mesh:
         """What is left, without the points that are gone."""
