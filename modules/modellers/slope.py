@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.sparse import eye_array
 
-from modules.api import Annotated, Interleave, Literal, Missing, Operator, Range, Samples, Source, along, modeller, uniform
+from modules.api import Annotated, Interleave, Literal, Missing, Operator, Range, Samples, Source, Sum, along, modeller, uniform
 from modules.data.grid import Axial
 from modules.data.operators import Floats
 from modules.modellers._derivative import RULE
@@ -17,10 +18,16 @@ from modules.modellers._pointwise import pointwise
 from modules.modellers._weights import binomial, slope_bias
 from modules.modellers._weights import slope as derivative
 
+HORN = f"{RULE}; and what 1 2 1 across takes from the slopes as they are [horn-across/1]"
 WHAT = "Differences instead of derivatives"
 
 
-@modeller("Slope and aspect", output="samples", aliases=("steepness", "hillside", "exposition", "terrain", "gradient angle"))
+@modeller(
+    "Slope and aspect",
+    version=2,
+    output="samples",
+    aliases=("steepness", "hillside", "exposition", "terrain", "gradient angle"),
+)
 def slope(
     samples: Samples,
     *,
@@ -53,12 +60,12 @@ def slope(
         raise ValueError(f"scale = {scale} should be more than 0")
     grid.frame.length_unit(2)
     slopes = carried(samples, _both(samples, grid, derivative, method == "horn", scale), extra=(3,))
-    if method == "horn" or min(grid.shape) < 4:
-        missing = Missing(WHAT, "what they leave out of a slope is not estimated for this method, or for so few samples")
+    if min(grid.shape) < 4:
+        missing = Missing(WHAT, "what they leave out of a slope is not estimated for so few samples")
         slopes = replace(slopes, accuracy=slopes.accuracy.miss(missing))
     else:
-        bias = _both(samples, grid, slope_bias, False, scale)
-        slopes = estimated(slopes, samples, bias, Source(WHAT, "model", "estimated", RULE))
+        bias = _bias(samples, grid, method == "horn", scale)
+        slopes = estimated(slopes, samples, bias, Source(WHAT, "model", "estimated", HORN if method == "horn" else RULE))
 
     def function(numbers: Floats) -> tuple[Floats, Floats]:
         return angles(numbers, measure)
@@ -75,6 +82,23 @@ def _both(samples: Samples, grid: Axial, matrix: Callable[[Floats], Any], smooth
         if smoothed:
             other = 1 - axis
             step = along(lattice, dimension(grid, other), binomial(grid.axes[other])).after(step)
+        parts.append(step)
+    return Interleave((parts[0], parts[1], uniform(lattice, 0.0)))
+
+
+def _bias(samples: Samples, grid: Axial, smoothed: bool, scale: float) -> Operator:
+    """What differences leave out along each axis, and what smoothing across takes away."""
+    lattice, parts = lattice_of(samples), list[Operator]()
+    for axis in (0, 1):
+        x, across = grid.axes[axis], grid.axes[1 - axis]
+        step: Operator = along(lattice, dimension(grid, axis), scale * slope_bias(x))
+        if smoothed:
+            mixed = binomial(across)
+            taken = mixed - eye_array(len(across), format="csr")
+            lost = along(lattice, dimension(grid, 1 - axis), taken).after(
+                along(lattice, dimension(grid, axis), scale * derivative(x))
+            )
+            step = Sum((along(lattice, dimension(grid, 1 - axis), mixed).after(step), lost))
         parts.append(step)
     return Interleave((parts[0], parts[1], uniform(lattice, 0.0)))
 

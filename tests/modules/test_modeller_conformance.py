@@ -40,6 +40,10 @@ WIRED: Mapping[str, tuple[str, ...]] = {"calculator": ("b",)}
 """Modeller -> ports that may be left unwired, and are not here."""
 
 
+SMALL: Mapping[str, dict[str, Any]] = {"grid_points": {"samples": (9,)}}
+"""Modeller -> settings that keep what it makes small enough for draws."""
+
+
 def wired(record: Module) -> Module:
     """With the ports that are wired here as ones that have to be."""
     names = WIRED.get(record.function.__name__, ())
@@ -158,12 +162,13 @@ def name_of(record: Module) -> str:
 
 def cases(record: Module) -> Iterator[dict[str, Any]]:
     """The defaults, each choice of each setting, and what is listed."""
-    yield {}
+    base = SMALL.get(name_of(record), {})
+    yield base
     for parameter in record.parameters:
         options = parameter.options or (("true", "false") if parameter.type is bool else ())
         for option in options:
             if parameter.coerce(option) != parameter.default:
-                yield {parameter.name: parameter.coerce(option)}
+                yield {**base, parameter.name: parameter.coerce(option)}
     yield from SETTINGS.get(name_of(record), [])
 
 

@@ -503,3 +503,16 @@ def test_nothing_of_the_size_of_the_grid_squared_is_made() -> None:
     assert isinstance(after.accuracy.terms[0].operator.shape[1], int)
     assert after.accuracy.terms[0].error(np.arange(5)).shape == (5, 3)
     assert isinstance(interpolate(after), Model) and isinstance(MAP.samples.grid, Rectilinear)
+
+
+def test_the_error_of_horns_slope_is_stated_with_its_sign() -> None:
+    """On a field whose slopes bend across, both parts count: the differences, and what 1 2 1 across takes."""
+    field = next(f for f in fields() if f.name == "map")
+    made = slope(field.samples, measure="grade", method="horn")
+    p, q = (field.value(field.samples.grid.points(), a)[:, 0] for a in (0, 1))
+    error = made.values.ravel() - np.hypot(p, q)
+    own = next(t for t in made.accuracy.terms if t.kind == "signed")
+    inside = np.zeros(field.samples.grid.shape, bool)
+    inside[2:-2, 2:-2] = True
+    left = np.abs(error - own.error())[inside.ravel()]
+    assert np.sqrt(np.mean(left**2)) < 0.5 * np.sqrt(np.mean(error[inside.ravel()] ** 2))
