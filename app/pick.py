@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from app.draw import charts
 from app.draw.looks import chart_columns
 from app.draw.sight import Sight
 from modules.data.geometry import Geometry
@@ -202,7 +203,8 @@ class _Look:
         ]  # fmt: skip
 
     def _rows(self, i: int, table: Table, look: ChartLook) -> list[_Found]:
-        x, y = (np.asarray(table.columns[c], float) for c in chart_columns(table, look))
+        named = zip(chart_columns(table, look), charts.logs(look), strict=True)
+        x, y = (charts.drawn(table.columns[column], log) for column, log in named)
         points = np.column_stack([x, y, np.zeros(len(x))])
         place, depth = self.sight.pixels(points)
         off = np.hypot(*(place - self.at).T)

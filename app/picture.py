@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.draw import page, placing, space
+from app.draw.charts import logs_of
 from app.draw.extent import Box, frame_of, of_layers
 from app.draw.parts import Legend
 from app.draw.pen import Pen
@@ -127,16 +128,18 @@ class _Sheet:
         self.scene, self.pen = scene, pen
         self.look = scene.look
         self.frame = frame_of(scene.layers)
+        self.logs = logs_of(scene.layers)
         charts = bool(scene.layers) and all(isinstance(one.look, ChartLook) for one in scene.layers)
         filled = any(isinstance(one.look, ImageLook) for one in scene.layers)
         box = of_layers(scene.layers)
-        self.view = box if filled else box.padded(0.03)
+        self.view = box if filled else box.padded(0.03, each=charts)
         flat = self.look.dimensions == 2
         free = not flat or charts or camera is not None
         aspect = None if free else (self.view.sides[0] or 1.0) / (self.view.sides[1] or self.view.sides[0] or 1.0)
         if aspect is not None:
             aspect = min(8.0, max(0.125, aspect))
-        self.plan = page.plan(pen, self.look, words, self.view, self.frame, aspect=aspect, ground=ground_of(scene))
+        ground, logs = ground_of(scene), self.logs
+        self.plan = page.plan(pen, self.look, words, self.view, self.frame, aspect=aspect, ground=ground, logs=logs)
         self.plot = self.plan.plot
         self.stretch = 1.0
         self.camera = None if camera is None else dict(camera)
@@ -170,9 +173,9 @@ class _Sheet:
         """Labels, axes and the scale bar of a picture of the plane."""
         self._labels(viewport)
         if self.look.axes:
-            page.flat_axes(self.pen, self.plot, self.view, self.frame)
+            page.flat_axes(self.pen, self.plot, self.view, self.frame, self.logs)
         cell = next((c for one in self.scene.layers if (c := getattr(one.shape, "cell", None))), None)
-        if self.stretch == 1.0:
+        if self.stretch == 1.0 and not any(self.logs):
             page.scale_bar(self.pen, self.plot, self.view, self.frame, cell, self.look.legend)
 
     def draw_space(self, viewport: Viewport) -> None:

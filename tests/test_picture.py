@@ -8,9 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from app import opengl
 from app.draw import numbers, page, placing
+from app.draw.extent import of_layers
+from app.draw.meshes import chart_of
 from app.draw.panel import fitted
 from app.draw.pen import Pen
 from app.legend import legend
@@ -32,6 +35,7 @@ from modules.api import (
     unknown,
 )
 from modules.data.scene import Text
+from modules.renderers.chart import chart
 from modules.renderers.image import image
 from modules.renderers.labels import labels
 from modules.renderers.lines import lines
@@ -142,6 +146,52 @@ def test_a_chart_fills_its_page_whatever_its_units() -> None:
     picture = render(view([chart]), size=SIZE)
     dark = np.argwhere(picture.image[20:260, 60:260, :3].sum(axis=2) < 150)
     assert np.ptp(dark[:, 0]) > 100 and np.ptp(dark[:, 1]) > 80
+
+
+def _dark_rows(picture: object) -> int:
+    image = picture.image[30:240, 70:255, :3]  # type: ignore[attr-defined]  # a picture
+    return int(np.ptp(np.argwhere(image.sum(axis=2) < 250)[:, 0]))
+
+
+def test_a_small_column_over_a_large_one_fills_its_chart() -> None:
+    table = Table(columns={"t": 1000.0 * np.arange(9.0), "v": 1e-3 * np.arange(9.0)}, accuracy=unknown("test"))
+    picture = render(view([Layer(shape=table, look=ChartLook(), title="", accuracy=table.accuracy)]), size=SIZE)
+    assert _dark_rows(picture) > 150
+
+
+def test_powers_are_straight_on_logarithmic_axes() -> None:
+    x = np.geomspace(1, 1e4, 5)
+    table = Table(columns={"n": x, "error": x**-2.0}, accuracy=unknown("test"))
+    layer = chart(table, x_scale="logarithmic", y_scale="logarithmic")
+    points = vtk_to_numpy(chart_of(table, "n", "error", "curve", logs=(True, True)).GetPoints().GetData())
+    assert points[:, :2] == pytest.approx(np.column_stack([np.arange(5.0), -2.0 * np.arange(5)]))
+    box = of_layers([layer])
+    assert (box.low, box.high) == ((0.0, -8.0, 0.0), (4.0, 0.0, 0.0))
+    upright = page.axis("error", "m", -8.0, 0.0, 400.0, 70.0, True)
+    told = dict(zip(upright.at, upright.words, strict=True))
+    assert upright.name == "error (m)"
+    assert [told[p] for p in (-8.0, -4.0, 0.0)] == ["10⁻⁸", "10⁻⁴", "10⁰"]
+    narrow = page.axis("n", "", 0.0, 1.0, 400.0, 70.0, True)
+    assert [w for w in narrow.words if w] == ["1", "2", "5", "10"]
+    assert np.diff(narrow.at) == pytest.approx(np.diff(np.log10(np.arange(1, 11))))
+    close = page.axis("n", "", np.log10(2.1), np.log10(2.5), 400.0, 70.0, True)
+    assert "2.30" in close.words
+    assert 10 ** np.array(close.at) == pytest.approx([float(w) for w in close.words])
+    assert _dark_rows(render(view([layer]), size=SIZE)) > 150
+
+
+def test_what_has_no_place_on_a_logarithmic_axis_is_told() -> None:
+    table = Table(columns={"n": np.arange(4.0), "error": np.array([1.0, -1.0, 2.0, 4.0])}, accuracy=unknown("test"))
+    layer = chart(table, x_scale="logarithmic", y_scale="logarithmic")
+    assert layer.title == "Error, 2 of 4 not above 0 and left out"
+    assert np.isfinite(of_layers([layer]).bounds).all()
+    with pytest.raises(ValueError, match="bars stand on 0"):
+        chart(table, kind="bars", y_scale="logarithmic")
+    empty = Table(columns={"n": np.arange(4.0), "error": -np.ones(4)}, accuracy=unknown("test"))
+    with pytest.raises(ValueError, match="'error' has no number above 0"):
+        chart(empty, y_scale="logarithmic")
+    with pytest.raises(ValueError, match="cannot be shared"):
+        view([layer, chart(table)])
 
 
 def test_an_empty_scene_is_an_empty_page() -> None:

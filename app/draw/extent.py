@@ -10,6 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from app.draw import charts
 from modules.data.geometry import Geometry, Primitive
 from modules.data.grid import Frame
 from modules.data.scene import ChartLook, Layer
@@ -61,11 +62,12 @@ class Box:
         """With heights times a factor."""
         return replace(self, low=(*self.low[:2], self.low[2] * factor), high=(*self.high[:2], self.high[2] * factor))
 
-    def padded(self, share: float) -> Box:
-        """Wider in the plane, by a share of the longer side."""
-        by = share * max(self.sides[:2])
-        low = (self.low[0] - by, self.low[1] - by, self.low[2])
-        return replace(self, low=low, high=(self.high[0] + by, self.high[1] + by, self.high[2]))
+    def padded(self, share: float, *, each: bool = False) -> Box:
+        """Wider in the plane, by a share of the longer side; or of each side, where the axes have no common scale."""
+        longer = max(self.sides[:2])
+        x, y = (share * ((side or longer) if each else longer) for side in self.sides[:2])
+        low = (self.low[0] - x, self.low[1] - y, self.low[2])
+        return replace(self, low=low, high=(self.high[0] + x, self.high[1] + y, self.high[2]))
 
     def near_corner(self, eye: Sequence[float]) -> tuple[int, int, int]:
         """For each axis, which end is nearer to the eye: 0 the low, 1 the high."""
@@ -159,11 +161,11 @@ def _primitive(primitive: Primitive) -> Floats:
 
 def _chart(table: Table, look: ChartLook) -> tuple[Floats, Floats]:
     names = [*table.columns, *table.columns]
-    x = np.asarray(table.columns[look.x or names[0]], float)
-    y = np.asarray(table.columns[look.y or names[1]], float)
+    logs = charts.logs(look)
+    x, y = charts.drawn(table.columns[look.x or names[0]], logs[0]), charts.drawn(table.columns[look.y or names[1]], logs[1])
     floor = min(0.0, float(np.nanmin(y))) if look.kind == "bars" else float(np.nanmin(y))
     low = np.array([float(np.nanmin(x)), floor, 0.0])
-    top = np.fmax(y, np.asarray(table.columns[look.upper], float)) if look.upper else y
+    top = np.fmax(y, charts.drawn(table.columns[look.upper], logs[1])) if look.upper else y
     return low, np.array([float(np.nanmax(x)), float(np.nanmax(top)), 0.0])
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.draw import meshes, relief, surfaces
+from app.draw import charts, meshes, relief, surfaces
 from app.draw.dressing import Kind, Props, Style, actor, by, field_of, flat, paint, texture
 from modules.data.geometry import Geometry
 from modules.data.scene import (
@@ -203,7 +203,7 @@ def _chart_feed(props: Props, layer: Layer, style: Style) -> None:
     look, shape = layer.look, layer.shape
     assert isinstance(look, ChartLook) and isinstance(shape, Table)
     x, y = chart_columns(shape, look)
-    props[0].GetMapper().SetInputData(meshes.chart_of(shape, x, y, look.kind, look.upper))
+    props[0].GetMapper().SetInputData(meshes.chart_of(shape, x, y, look.kind, look.upper, charts.logs(look)))
 
 
 def chart_columns(table: Table, look: ChartLook) -> tuple[str, str]:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.draw import charts
 from modules.data.geometry import Cells, Geometry, Primitive
 from modules.data.grid import Curvilinear, Rectilinear, Regular
 from modules.data.wires import Samples, Table
@@ -254,7 +255,7 @@ CAP = 0.25
 def _between(points: Floats, upper: Floats, kind: str) -> Any:
     """A band between two curves, with gaps where a number is missing, or bars of error with ends."""
     top = np.column_stack([points[:, 0], upper, points[:, 2]])
-    told = np.isfinite(points).all(axis=1) & np.isfinite(top).all(axis=1)
+    told = np.isfinite(np.hstack([points, top])).all(axis=1)
     n, both = len(points), np.nan_to_num(np.concatenate([points, top]))
     if kind == "band":
         i = np.flatnonzero(told[:-1] & told[1:])
@@ -269,8 +270,12 @@ def _between(points: Floats, upper: Floats, kind: str) -> Any:
     return poly(np.concatenate([both, ends]), lines=Cells.of(np.concatenate(bars)))
 
 
-def chart_of(table: Table, x: str, y: str, kind: str, upper: str = "") -> Any:
+def chart_of(table: Table, x: str, y: str, kind: str, upper: str = "", logs: charts.Logs = charts.PLAIN) -> Any:
     """Two columns of a table as a curve, bars or a scatter in the plane; what lies between two as a band or bars of error.
+
+    Parameters
+    ----------
+    logs : which axes are logarithmic: there exponents of ten are drawn, with gaps where a number is not above 0
 
     Raises
     ------
@@ -279,14 +284,14 @@ def chart_of(table: Table, x: str, y: str, kind: str, upper: str = "") -> Any:
     for name in (x, y, upper) if upper else (x, y):
         if name not in table.columns:
             raise ValueError(f"the table has no column {name!r}: it has {', '.join(table.columns)}")
-    at = np.column_stack([np.asarray(table.columns[x], float), np.asarray(table.columns[y], float)])
+    at = np.column_stack([charts.drawn(table.columns[name], log) for name, log in zip((x, y), logs, strict=True)])
     points = np.column_stack([at, np.zeros(len(at))])
     if kind == "scatter":
         return poly(points, vertices=one_each(len(points)))
     if kind == "curve":
         return poly(points, lines=Cells.of([list(range(len(points)))]))
     if upper:
-        return _between(points, np.asarray(table.columns[upper], float), kind)
+        return _between(points, charts.drawn(table.columns[upper], logs[1]), kind)
     feet = points * [1.0, 0.0, 1.0]
     half = 0.4 * float(np.min(np.diff(np.unique(at[:, 0])), initial=np.inf))
     half = half if np.isfinite(half) else 0.5

@@ -52,6 +52,11 @@ def grouped(text: str) -> str:
     return minus + whole + dot + rest
 
 
+def power(exponent: int) -> str:
+    """A power of ten."""
+    return f"10{str(exponent).translate(_RAISED)}"
+
+
 def count(n: int) -> str:
     """A number of things."""
     return grouped(str(n))

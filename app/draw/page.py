@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from app.draw import numbers
+from app.draw import charts, numbers
 from app.draw.extent import Box
 from app.draw.ink import Ink
 from app.draw.panel import WIDTH, Panel, fitted
@@ -67,8 +67,16 @@ class Plan:
     at: tuple[float, float]
 
 
-def axis(name: str, unit: str, low: float, high: float, pixels: float, every: float) -> Axis:
-    """Ticks about `every` pixels apart at round places; many metres are told in kilometres."""
+def axis(name: str, unit: str, low: float, high: float, pixels: float, every: float, log: bool = False) -> Axis:
+    """Ticks about `every` pixels apart at round places; many metres are told in kilometres.
+
+    Parameters
+    ----------
+    log : `low` and `high` are exponents of ten
+    """
+    if log:
+        places, told = charts.ticks(low, high, max(2, round(pixels / every)))
+        return Axis(f"{name} ({unit})" if unit else name, tuple(places), tuple(told))
     shown, by = numbers.display_unit(unit, max(abs(low), abs(high), high - low) if unit == "m" else 0.0)
     wanted = max(2, round(pixels / every))
     at = numbers.ticks(low / by, high / by, wanted)
@@ -78,7 +86,15 @@ def axis(name: str, unit: str, low: float, high: float, pixels: float, every: fl
 
 
 def plan(
-    pen: Pen, look: SceneLook, legend: Legend, box: Box, frame: Frame, *, aspect: float | None, ground: str
+    pen: Pen,
+    look: SceneLook,
+    legend: Legend,
+    box: Box,
+    frame: Frame,
+    *,
+    aspect: float | None,
+    ground: str,
+    logs: charts.Logs = charts.PLAIN,
 ) -> Plan:
     """Lay out a page.
 
@@ -86,6 +102,7 @@ def plan(
     ----------
     aspect : width over height of the plot, kept exactly; None to fill the page
     ground : what is drawn on, for the samples in the legend
+    logs : which axes are logarithmic
     """
     margin, width, height = pen.px(MARGIN), pen.width, pen.height
     top = margin + (pen.px(TITLE + 15) if look.title else 0.0)
@@ -94,7 +111,7 @@ def plan(
     panel = fitted(legend, pen, column or min(pen.px(WIDTH), 0.5 * width), height - top - margin, on=ground, boxed=not beside)
     left, below = margin, margin
     if look.dimensions == 2 and look.axes:
-        widest = _widest_label(pen, box, frame, height)
+        widest = _widest_label(pen, box, frame, height, logs[1])
         left, below = margin + widest + pen.px(TICK + 4 + 20), margin + pen.px(TICK + 16 + 18)
     gap = pen.px(24) if beside else 0.0
     room = (width - left - margin - column - gap, height - top - below)
@@ -108,8 +125,8 @@ def plan(
     return Plan(plot, panel, _legend_place(pen, look, plot, panel, gap, beside))
 
 
-def _widest_label(pen: Pen, box: Box, frame: Frame, height: float) -> float:
-    upright = axis(frame.axes[1], frame.units[1], box.low[1], box.high[1], height, pen.px(70))
+def _widest_label(pen: Pen, box: Box, frame: Frame, height: float, log: bool) -> float:
+    upright = axis(frame.axes[1], frame.units[1], box.low[1], box.high[1], height, pen.px(70), log)
     return max((pen.extent(w, 10.5)[0] for w in upright.words), default=0.0)
 
 
@@ -128,24 +145,24 @@ def title(pen: Pen, look: SceneLook, plan: Plan) -> None:
         pen.text(plan.plot.x, pen.px(MARGIN + 12), look.title, size=TITLE, bold=True)
 
 
-def flat_axes(pen: Ink, plot: Rect, view: Box, frame: Frame) -> None:
+def flat_axes(pen: Ink, plot: Rect, view: Box, frame: Frame, logs: charts.Logs = charts.PLAIN) -> None:
     """Frame, ticks, numbers and names of a flat picture; `view` is the part of the plane that is seen."""
     edge = 0.5
     corners = [(plot.x - edge, plot.y - edge), (plot.right + edge, plot.y - edge), (plot.right + edge, plot.bottom + edge)]
     pen.line([*corners, (plot.x - edge, plot.bottom + edge), corners[0]], role="edge")
     tick = pen.px(TICK)
-    across = axis(frame.axes[0], frame.units[0], view.low[0], view.high[0], plot.width, pen.px(95))
+    across = axis(frame.axes[0], frame.units[0], view.low[0], view.high[0], plot.width, pen.px(95), logs[0])
     base = plot.bottom + tick + pen.px(13)
     for at, words in zip(across.at, across.words, strict=True):
         x = plot.x + (at - view.low[0]) / (view.sides[0] or 1.0) * plot.width
-        pen.line([(x, plot.bottom), (x, plot.bottom + tick)], role="edge")
+        pen.line([(x, plot.bottom), (x, plot.bottom + (tick if words else tick / 2))], role="edge")
         pen.text(x, base, words, size=10.5, role="text 2", across="center")
     pen.text(plot.x + plot.width / 2, base + pen.px(18), across.name, size=11, role="text 2", across="center")
-    upright = axis(frame.axes[1], frame.units[1], view.low[1], view.high[1], plot.height, pen.px(70))
+    upright = axis(frame.axes[1], frame.units[1], view.low[1], view.high[1], plot.height, pen.px(70), logs[1])
     widest = max((pen.extent(w, 10.5)[0] for w in upright.words), default=0.0)
     for at, words in zip(upright.at, upright.words, strict=True):
         y = plot.bottom - (at - view.low[1]) / (view.sides[1] or 1.0) * plot.height
-        pen.line([(plot.x - tick, y), (plot.x, y)], role="edge")
+        pen.line([(plot.x - (tick if words else tick / 2), y), (plot.x, y)], role="edge")
         pen.text(plot.x - tick - pen.px(4), y + pen.px(3.8), words, size=10.5, role="text 2", across="right")
     x = plot.x - tick - pen.px(4) - widest - pen.px(8)
     pen.text(x, plot.y + plot.height / 2, upright.name, size=11, role="text 2", across="center", angle=90)

@@ -156,6 +156,8 @@ class ChartLook:
     x: str = ""
     y: str = ""
     upper: str = ""
+    x_scale: Literal["linear", "logarithmic"] = "linear"
+    y_scale: Literal["linear", "logarithmic"] = "linear"
     colour: Colour = "line"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from modules.api import EXACT, Annotated, Layer, Literal, Range, Scene, SceneLook, renderer
+from modules.api import EXACT, Annotated, ChartLook, LabelLook, Layer, Literal, Range, Scene, SceneLook, renderer
 
 
 @renderer("View", aliases=("render", "scene", "viewport", "picture", "display"), output="scene")
@@ -31,12 +31,13 @@ def view(
 
     Raises
     ------
-    ValueError : the exaggeration is not above zero
+    ValueError : the exaggeration is not above zero, or a logarithmic axis is to be shared with what is drawn on a linear one
 
     Accuracy: each layer goes on with its own; the view adds nothing to them. A picture adds half a pixel.
     """
     if not exaggeration > 0:
         raise ValueError(f"heights times {exaggeration:g} are no picture: give a number above zero")
+    _share(layers)
     chosen = int(dimensions) if dimensions != "auto" else (2 if all(is_flat(layer) for layer in layers) else 3)
     look = SceneLook(
         dimensions=chosen,
@@ -47,6 +48,17 @@ def view(
         exaggeration=exaggeration if chosen == 3 else 1.0,
     )
     return Scene(layers=tuple(layers), look=look, accuracy=EXACT)
+
+
+def _share(layers: list[Layer]) -> None:
+    """Refuse what cannot be read off one pair of axes."""
+    drawn = [one.look for one in layers if not isinstance(one.look, LabelLook)]
+    scales = {(k.x_scale, k.y_scale) if isinstance(k, ChartLook) else ("linear", "linear") for k in drawn}
+    if len(scales) > 1:
+        raise ValueError(
+            "a logarithmic axis cannot be shared with what is drawn on a linear one: give all charts the same scales, "
+            "or each its own view"
+        )
 
 
 def is_flat(layer: Layer) -> bool:
