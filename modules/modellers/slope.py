@@ -91,7 +91,9 @@ def _bias(samples: Samples, grid: Axial, smoothed: bool, scale: float) -> Operat
     lattice, parts = lattice_of(samples), list[Operator]()
     for axis in (0, 1):
         x, across = grid.axes[axis], grid.axes[1 - axis]
-        step: Operator = along(lattice, dimension(grid, axis), scale * slope_bias(x))
+        third = slope_bias(x)
+        assert third is not None, "four samples or more have a third derivative"
+        step: Operator = along(lattice, dimension(grid, axis), scale * third)
         if smoothed:
             mixed = binomial(across)
             taken = mixed - eye_array(len(across), format="csr")
