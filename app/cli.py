@@ -2,6 +2,7 @@
 
     nonius [gui [NETWORK]]   open the window
     nonius run NETWORK       run a network, write its pictures with their certificates
+    nonius verify NETWORK    whether what a network states of its errors is so, on data of known truth
     nonius check FILE        what a picture claims, checked; or whether a network could run
     nonius modules           the modules there are
     nonius describe MODULE   ports, parameters, accuracy and source of a module
@@ -29,7 +30,7 @@ from app.commands.console import Console, Usage
 from app.engine.errors import ModuleFailed, NoniusError, hint
 
 CANCELLED = 130
-COMMANDS = ("gui", "run", "check", "modules", "describe", "gallery", "doctor", "warm", "bench")
+COMMANDS = ("gui", "run", "verify", "check", "modules", "describe", "gallery", "doctor", "warm", "bench")
 EPILOG = """exit codes: 0 ok; 1 a module failed; 2 a wrong network or wrong words;
 3 a demand not met, or a claim of a picture that does not hold; 130 cancelled"""
 
@@ -85,6 +86,7 @@ def parser() -> Parser:
     gui.add_argument("network", metavar="NETWORK", nargs="?", help="a file, the name of a packaged network, or a picture")
     gui.add_argument("--theme", choices=("light", "dark", "system"), help="of this start; else as it was chosen")
     _run(command("run", "run a network and write its pictures with their certificates"))
+    _verify(command("verify", "run a network on data of known truth and judge what it states of its errors"))
     check = command("check", "check what a picture claims, or whether a network could run")
     check.add_argument("file", metavar="FILE", help="picture.accuracy.json, its picture, or a network")
     check.add_argument("--no-run", action="store_true", help="compare digests only; do not run the network again")
@@ -101,6 +103,16 @@ def parser() -> Parser:
     bench = command("bench", "run the benchmarks of a checkout")
     bench.add_argument("name", metavar="NAME", nargs="?", help="one of them; all by default")
     return top
+
+
+def _verify(verify: argparse.ArgumentParser) -> None:
+    verify.add_argument("network", metavar="NETWORK", help="a file, a packaged network, or a picture made by nonius")
+    verify.add_argument(
+        "--set", metavar="NODE.PARAM=VALUE", action="append", default=[], dest="edits", help="another value of a parameter"
+    )
+    verify.add_argument("--runs", type=_count, metavar="N", default=20, help="realisations of each error; 20 by default")
+    verify.add_argument("--seed", type=_count, metavar="N", default=1, help="of the fields and the errors")
+    verify.add_argument("--report", metavar="FILE", help="all findings as JSON")
 
 
 def _run(run: argparse.ArgumentParser) -> None:
