@@ -260,7 +260,8 @@ def _find(grid: Grid, table: Tables, busy: tuple[Bytes, Bytes], level: float, fi
         layer = nodes // (nx * ny) - first
         np.add.at(counts[:, REST], layer, patch_count[:, 0])
         np.add.at(counts[:, TRIANGLES], layer, patch_count[:, 1])
-    return Found(active[:n].copy(), rows, counts, joined, patch_count.reshape(-1), inner, patch, int(tunnels[0]), float(tied[0]))
+    of_patches = patch_count.reshape(-1)
+    return Found(active[:n].copy(), rows, counts, joined, of_patches, inner, patch, int(tunnels[0]), float(tied[0]))
 
 
 def _bases(counts: Integers) -> tuple[Integers, tuple[int, int]]:

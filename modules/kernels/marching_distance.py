@@ -43,6 +43,7 @@ def _cell_at(axis: Floats, t: float, near: int) -> int:
 
 @lean_inlined
 def corners(values: Floats, nx: int, ny: int, i: int, j: int, k: int, f: Floats) -> None:
+    """The values at the corners of a cell into f, in the order 000, 001, ..., 111 of x, y, z."""
     node = (k * ny + j) * nx + i
     for c in range(8):
         f[c] = values[index(node + ((c & 1) * ny + ((c >> 1) & 1)) * nx + (c >> 2))]

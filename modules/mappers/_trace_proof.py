@@ -31,9 +31,11 @@ class Rows(NamedTuple):
     mine: NDArray[np.int64]
 
 
-def with_steps(run: Run, pair: str, rules: Mapping[str, Any], progress: Progress) -> Rows:
+def with_steps(
+    run: Run, pair: str, rules: Mapping[str, Any], progress: Progress, release: float | None = None
+) -> Rows:
     """The rows of a run and, between them, the ends of its steps: no piece between two of them leaves a cell."""
-    steps = follow(run.medium, run.sign, pair, {**rules, "interval": 0.0, "assess": False}, progress)
+    steps = follow(run.medium, run.sign, pair, {**rules, "interval": 0.0, "assess": False}, progress, release)
     both = (run.traces, steps.traces)
     owner = np.concatenate([np.repeat(np.arange(len(t.offsets) - 1), np.diff(t.offsets)) for t in both])
     time, points, velocity = (np.concatenate([getattr(t, n) for t in both]) for n in ("time", "points", "velocity"))

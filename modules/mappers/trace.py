@@ -118,12 +118,7 @@ def trace(
     Source: Lopes 1999, chapter 5, with steps restarted at the faces of cells; Alekseev-Groebner integral for the errors of
         data and model.
     """
-    if estimate == "re-integration" and not interval:
-        raise ValueError("re-integration compares positions at equal times: give an interval")
-    if report == "subsidiary" and estimate != "half steps":
-        raise ValueError("the subsidiary trace is that of the half steps: estimate by these, or report the primary one")
-    if not safety >= 1:
-        raise ValueError(f"a safety factor is at least 1, not {safety:g}")
+    _check(report, estimate, safety, interval)
     signs = {"forward": (1,), "backward": (-1,), "both": (-1, 1)}[direction]
     media = [medium([model], sign, seeds.points, space, spline=law != "of the model") for sign in signs]
     rules: dict[str, Any] = {
@@ -132,16 +127,11 @@ def trace(
         "subsidiary": report == "subsidiary",
     }  # fmt: skip
     other_way = law == "of the model" and carries(model, media[0])
+    asked = _Asked(estimate, proof, carry, other_way)
     runs = []
     for i, (sign, field) in enumerate(zip(signs, media, strict=True)):
         part = progress.part(i / len(signs), (i + 1) / len(signs))
-        run = _run(field, sign, pair, rules, estimate, part.part(0.0, 0.4))
-        if proof:
-            run = replace(run, tube=tube(run, pair, rules, part.part(0.4, 0.6)))
-        if carry and field.carries:
-            run = replace(run, found=answers(model, run, part.part(0.6, 1.0)))
-        elif carry and other_way:
-            run = replace(run, found=answers_along(model, run, pair, rules, part.part(0.6, 1.0)))
+        run = _run(model, field, sign, pair, rules, asked, part)
         runs.append(run if better is None else replace(run, traces=judged(run.traces, better, sign)))
     why_not = _why_not(carry, media[0].carries or other_way)
     how = known.Told(SOURCES[estimate], report, safety, why_not, better=better is not None, proof=proof)
@@ -153,6 +143,24 @@ def trace(
     return Traced(traces, told)
 
 
+class _Asked(NamedTuple):
+    """What is to be known of the traces, and whether errors of samples go along by the weights of the law."""
+
+    estimate: str
+    proof: bool
+    carry: bool
+    by_weights: bool
+
+
+def _check(report: str, estimate: str, safety: float, interval: float | None) -> None:
+    if estimate == "re-integration" and not interval:
+        raise ValueError("re-integration compares positions at equal times: give an interval")
+    if report == "subsidiary" and estimate != "half steps":
+        raise ValueError("the subsidiary trace is that of the half steps: estimate by these, or report the primary one")
+    if not safety >= 1:
+        raise ValueError(f"a safety factor is at least 1, not {safety:g}")
+
+
 def _why_not(carry: bool, known_way: bool) -> str:
     """Why errors of samples and model would not be carried; the number of answers, if nothing else."""
     if not carry:
@@ -162,7 +170,21 @@ def _why_not(carry: bool, known_way: bool) -> str:
     return ""
 
 
-def _run(field: Medium, sign: int, pair: str, rules: dict[str, Any], estimate: str, progress: Progress) -> Run:
+def _run(
+    model: Model, field: Medium, sign: int, pair: str, rules: dict[str, Any], asked: _Asked, progress: Progress
+) -> Run:
+    """Follow all particles in one direction, with all that is asked."""
+    run = _estimated(field, sign, pair, rules, asked.estimate, progress.part(0.0, 0.4))
+    if asked.proof:
+        run = replace(run, tube=tube(run, pair, rules, progress.part(0.4, 0.6)))
+    if asked.carry and field.carries:
+        return replace(run, found=answers(model, run, progress.part(0.6, 1.0)))
+    if asked.carry and asked.by_weights:
+        return replace(run, found=answers_along(model, run, pair, rules, progress.part(0.6, 1.0)))
+    return run
+
+
+def _estimated(field: Medium, sign: int, pair: str, rules: dict[str, Any], estimate: str, progress: Progress) -> Run:
     """Follow all particles in one direction, with the estimated error of each position."""
     run = follow(field, sign, pair, {**rules, "assess": estimate == "half steps"}, progress)
     if estimate != "re-integration":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -53,25 +54,63 @@ def test_a_timeline_joins_what_was_released_at_once() -> None:
 def test_in_a_steady_flow_all_lie_on_the_streamline() -> None:
     """Thesis 2.5.2. The three agree within what they state, and lie on the trace of the one model."""
     flow, seed = series("-y + 0*t; x; 0.1 + 0*z", [0, 1.5, 3]), at((1, 0, 0))
-    rules: dict[str, Any] = {"interval": 0.25, "tolerance": 1e-9}
+    rules: dict[str, Any] = {"interval": 0.25, "tolerance": 1e-9, "carry": False}
     paths = unsteady(flow, seed, Progress(), **rules)
     streaks = unsteady(flow, seed, Progress(), kind="streaklines", **rules)
-    line = trace(flow[0], seed, Progress(), end_time=3.0, carry=False, **rules).traces
+    line = trace(flow[0], seed, Progress(), end_time=3.0, **rules).traces
     assert paths.points == pytest.approx(line.points, abs=1e-7)
     assert streaks.points == pytest.approx(line.points[1:], abs=1e-7)
 
 
 def test_the_stated_error_is_the_error() -> None:
     flow, seed = series("-y*(1 + t); x*(1 + t); 0*z", [0, 1, 2]), at((1, 0, 0), (0, 2, 1))
-    fine, coarse = (unsteady(flow, seed, Progress(), interval=0.5, tolerance=t) for t in (1e-12, 1e-5))
+    fine, coarse = (unsteady(flow, seed, Progress(), interval=0.5, tolerance=t, carry=False) for t in (1e-12, 1e-5))
     angle = fine.values["time"].values + fine.values["time"].values ** 2 / 2
     assert np.hypot(*fine.points[:5, :2].T) == pytest.approx(1.0, abs=1e-9)
     assert fine.points[:5, 0] == pytest.approx(np.cos(angle[:5]), abs=1e-9)
-    (stated,) = coarse.accuracy.select("position")
+    (stated,) = [t for t in coarse.accuracy.select("position") if t.name == "Integration"]
     off = coarse.points - fine.points
     late = np.linalg.norm(off, axis=1) > 1e-9
     assert np.median(stated.size()[late] / np.linalg.norm(off, axis=1)[late]) == pytest.approx(1.0, abs=0.15)
-    assert {m.name for m in coarse.accuracy.missing} >= {"Errors of data and model", "Between two times"}
+    plain = unsteady(flow, seed, Progress(), interval=0.5, carry=False)
+    assert {m.name for m in plain.accuracy.missing} >= {"Errors of data and model", "Between two times"}
+    two = unsteady(flow[:2], seed, Progress(), interval=0.5)
+    assert {m.name for m in two.accuracy.missing} >= {"Between two times"}
+
+
+@pytest.mark.parametrize("kind", ["pathlines", "timelines", "streaklines"])
+def test_the_error_of_the_line_between_two_times_is_told_with_its_sign(kind: Any) -> None:
+    formula, seed = "t*t + 0*x; 1 + 0*y; 0*z", at((-1, -1, 0), (-1, 0, 0))
+    lines = unsteady(series(formula, [0, 1, 2]), seed, Progress(), kind=kind, interval=0.5)
+    (told,) = [t for t in lines.accuracy.select("position") if t.name == "Between two times"]
+    t, r = lines.values["time"].values, lines.values["release"].values
+    off = lines.points[:, 0] - (-1 + (t**3 - r**3) / 3)
+    assert np.abs(off).max() > 0.1
+    assert told.error()[:, 0] == pytest.approx(off, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["pathlines", "timelines", "streaklines"])
+def test_noise_of_each_time_is_carried(kind: Any) -> None:
+    sigma, seed, random = 0.02, at((1, 0.2, 0.1), (0, 1.3, 0.2)), np.random.default_rng(0)
+    box: dict[str, Any] = {"low": (-4, -4, -4), "high": (4, 4, 4), "samples": (6, 6, 6)}
+    box["formula"] = "-y*(1 + t); x; 0.1*t + 0*z"
+    noisy = [interpolate(analytic(time=float(t), noise=sigma, seed=t, **box)) for t in (0, 1, 2)]
+    rules: dict[str, Any] = {"kind": kind, "interval": 1.0}
+    lines = unsteady(noisy, seed, Progress(), **rules)
+    terms = [t for t in lines.accuracy.select("position") if t.name == "Added noise"]
+    assert len(terms) == 3
+    stated = np.sqrt(sum(t.error() ** 2 for t in terms))
+    clean, runs = [analytic(time=float(t), **box) for t in (0, 1, 2)], []
+    for _ in range(40):
+        drawn = [
+            Model.between(replace(s, values=s.values + sigma * random.standard_normal(s.values.shape), accuracy=EXACT))
+            for s in clean
+        ]
+        runs.append(unsteady(drawn, seed, Progress(), carry=False, **rules).points)
+    spread = np.std(runs, axis=0, ddof=1)
+    late = spread > 1e-6
+    assert late.sum() >= 6
+    assert np.median(stated[late] / spread[late]) == pytest.approx(1.0, abs=0.2)
 
 
 def test_lines_break_where_particles_have_left() -> None:
