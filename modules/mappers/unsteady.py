@@ -70,7 +70,7 @@ def unsteady(
     tolerance: Annotated[float, Range(1e-12, 1e-2, log=True)] = 1e-6,
     steps: Annotated[int, Range(1, 1_000_000, log=True)] = 20_000,
     restarts: bool = True,
-    carry: bool = True,
+    carry: bool = False,
 ) -> Geometry:
     """Where particles go in a flow that changes with time.
 
@@ -90,7 +90,8 @@ def unsteady(
     tolerance : largest local error of a step, as a part of the extent of the domain
     steps : at most so many for each particle
     restarts : steps end on the faces of cells, where the linear model has a kink
-    carry : errors of samples, models and seeds, and of the line between two times, are brought along
+    carry : errors of samples, models and seeds, and of the line between two times, are brought along, which takes far longer
+        than the traces: for some tens of particles
 
     Values: `time` and `release` of each point; on lines `seed`, of timelines `instant`.
 

@@ -74,14 +74,14 @@ def test_the_stated_error_is_the_error() -> None:
     assert np.median(stated.size()[late] / np.linalg.norm(off, axis=1)[late]) == pytest.approx(1.0, abs=0.15)
     plain = unsteady(flow, seed, Progress(), interval=0.5, carry=False)
     assert {m.name for m in plain.accuracy.missing} >= {"Errors of data and model", "Between two times"}
-    two = unsteady(flow[:2], seed, Progress(), interval=0.5)
+    two = unsteady(flow[:2], seed, Progress(), interval=0.5, carry=True)
     assert {m.name for m in two.accuracy.missing} >= {"Between two times"}
 
 
 @pytest.mark.parametrize("kind", ["pathlines", "timelines", "streaklines"])
 def test_the_error_of_the_line_between_two_times_is_told_with_its_sign(kind: Any) -> None:
     formula, seed = "t*t + 0*x; 1 + 0*y; 0*z", at((-1, -1, 0), (-1, 0, 0))
-    lines = unsteady(series(formula, [0, 1, 2]), seed, Progress(), kind=kind, interval=0.5)
+    lines = unsteady(series(formula, [0, 1, 2]), seed, Progress(), kind=kind, interval=0.5, carry=True)
     (told,) = [t for t in lines.accuracy.select("position") if t.name == "Between two times"]
     t, r = lines.values["time"].values, lines.values["release"].values
     off = lines.points[:, 0] - (-1 + (t**3 - r**3) / 3)
@@ -96,7 +96,7 @@ def test_noise_of_each_time_is_carried(kind: Any) -> None:
     box["formula"] = "-y*(1 + t); x; 0.1*t + 0*z"
     noisy = [interpolate(analytic(time=float(t), noise=sigma, seed=t, **box)) for t in (0, 1, 2)]
     rules: dict[str, Any] = {"kind": kind, "interval": 1.0}
-    lines = unsteady(noisy, seed, Progress(), **rules)
+    lines = unsteady(noisy, seed, Progress(), carry=True, **rules)
     terms = [t for t in lines.accuracy.select("position") if t.name == "Added noise"]
     assert len(terms) == 3
     stated = np.sqrt(sum(t.error() ** 2 for t in terms))
@@ -106,7 +106,7 @@ def test_noise_of_each_time_is_carried(kind: Any) -> None:
             Model.between(replace(s, values=s.values + sigma * random.standard_normal(s.values.shape), accuracy=EXACT))
             for s in clean
         ]
-        runs.append(unsteady(drawn, seed, Progress(), carry=False, **rules).points)
+        runs.append(unsteady(drawn, seed, Progress(), **rules).points)
     spread = np.std(runs, axis=0, ddof=1)
     late = spread > 1e-6
     assert late.sum() >= 6
