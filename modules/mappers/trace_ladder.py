@@ -21,6 +21,7 @@ from modules.api import (
     Range,
     Source,
     Table,
+    exactly,
     mapper,
 )
 from modules.mappers import _trace_accuracy as known
@@ -125,7 +126,8 @@ def _curve(model: Model, seeds: Geometry, runs: list[Run], away: list[Floats], t
     }
     unit = model.grid.frame.length_unit(model.grid.dimensions)
     why = "the curve states sizes of errors of integration; what else traces are off by is on their wire"
-    told = Accuracy(missing=(Missing("Accuracy of the curve", "that of the finest rung, whose own error is not in it"),))
+    counted = exactly("Count", "mapping", len(away), quantity="evaluations", rule="evaluations are counted [count/1]")
+    told = Accuracy((counted,), (Missing("Accuracy of the curve", "that of the finest rung, whose own error is not in it"),))
     return Table(
         columns={name: np.array(values, float) for name, values in columns.items()},
         units={"largest": unit, "median": unit},
