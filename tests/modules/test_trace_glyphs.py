@@ -25,7 +25,8 @@ N = 6
 
 def signed(error: Any, quantity: str = "position", unit: str = "m", name: str = "Integration") -> Term:
     flat = np.asarray(error, float).ravel()
-    return Term(Source(name, "mapping", "estimated", "made up [two half steps/1]"), "signed", quantity, unit, flat, Identity(len(flat)), "point", 3)
+    source = Source(name, "mapping", "estimated", "made up [two half steps/1]")
+    return Term(source, "signed", quantity, unit, flat, Identity(len(flat)), "point", 3)
 
 
 def noise(seed: int = 0, primitives: int = 4) -> Term:
