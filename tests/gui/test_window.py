@@ -171,7 +171,7 @@ def test_soundings_are_brought_to_a_grid(window: MainWindow, qtbot: Any) -> None
     (view,) = session.views()
     qtbot.waitUntil(lambda: session.outputs(view) is not None, timeout=120000)
     modules = {n.module for n in session.network.nodes.values()}
-    assert {"readers.points.points", "modellers.grid_points.grid_points", "accuracy_mappers.band.band"} <= modules
+    assert {"readers.scattered.scattered", "modellers.grid_points.grid_points", "accuracy_mappers.band.band"} <= modules
 
 
 def test_plain_numbers_are_read_as_the_user_says(window: MainWindow, tmp_path: Path, qtbot: Any) -> None:

@@ -38,7 +38,7 @@ def _file(path: Path | None) -> Path:
 
 
 @reader("Read points", output="samples", peek=peek, aliases=("scattered data", "csv", "xyz", "survey", "soundings", "stations"))
-def points(
+def scattered(
     *,
     path: Path | None = None,
     name: Annotated[str | None, Choice(of="path.names")] = None,
