@@ -13,7 +13,7 @@ import numpy as np
 from modules.api import Accuracy, Identity, Source, Term
 from modules.data import companions
 from modules.data.operators import Floats
-from modules.readers._files import ReadError, nearest
+from modules.readers._files import ReadError, existing, nearest, unreadable
 from modules.readers._text import NOTHING, half_digit, is_number, split
 
 SUFFIXES = (".csv", ".tsv", ".txt", ".xyz", ".dat")
@@ -102,6 +102,19 @@ def read(path: Path, data: bytes | None = None) -> Columns:
     if not values:
         raise ReadError(f"{path.name!r} holds columns of words only, no numbers: is it the right file?")
     return Columns(path, values, halves, words.lines, units)
+
+
+def file_of(path: Path | None) -> Path:
+    """The path, if it is a table by its name.
+
+    Raises
+    ------
+    ReadError : it is not there, or ends otherwise
+    """
+    found = existing(path)
+    if found.suffix.lower() not in SUFFIXES:
+        raise unreadable(found, SUFFIXES)
+    return found
 
 
 def peek(path: Path) -> dict[str, Any]:

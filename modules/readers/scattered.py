@@ -13,7 +13,7 @@ from modules.data.companions import is_companion
 from modules.data.operators import Floats
 from modules.readers import _columns
 from modules.readers._columns import Columns
-from modules.readers._files import ReadError, digest, existing, problem, reading, unreadable
+from modules.readers._files import ReadError, digest, problem, reading
 from modules.readers._place import DEGREES, local_plane
 
 ACROSS = ("x", "easting", "east", "lon", "longitude", "long", "lng")
@@ -24,17 +24,10 @@ ANGLES = ("lon", "longitude", "long", "lng")
 def peek(path: Path) -> Mapping[str, Any]:
     """Names of the columns, and whether one of them states errors."""
     try:
-        names = _columns.peek(_file(path))["names"]
+        names = _columns.peek(_columns.file_of(path))["names"]
         return {"names": names, "scattered": True, "errors": any(is_companion(n, names) for n in names)}
     except ReadError as error:
         return problem(error)
-
-
-def _file(path: Path | None) -> Path:
-    found = existing(path)
-    if found.suffix.lower() not in _columns.SUFFIXES:
-        raise unreadable(found, _columns.SUFFIXES)
-    return found
 
 
 @reader("Read points", output="samples", peek=peek, aliases=("scattered data", "csv", "xyz", "survey", "soundings", "stations"))
@@ -70,7 +63,7 @@ def scattered(
     name_lo with name_hi, ...); an error of measurement that the file does not state is listed as missing. Coordinates
     are taken as they are; a flag says where they are printed more coarsely than a tenth of the distance of the points.
     """
-    found = _file(path)
+    found = _columns.file_of(path)
     with reading(found):
         table = _columns.read(found)
     across = table.chosen("x", x, ACROSS) or _next(table, [])

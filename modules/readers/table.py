@@ -9,13 +9,13 @@ from typing import Any
 from modules.api import Accuracy, Missing, Table, reader
 from modules.data.companions import is_companion
 from modules.readers import _columns
-from modules.readers._files import ReadError, digest, existing, problem, reading, unreadable
+from modules.readers._files import ReadError, digest, problem, reading
 
 
 def peek(path: Path) -> Mapping[str, Any]:
     """Names of the columns."""
     try:
-        return _columns.peek(existing(path))
+        return _columns.peek(_columns.file_of(path))
     except ReadError as error:
         return problem(error)
 
@@ -35,9 +35,7 @@ def table(*, path: Path | None = None) -> Table:
     Accuracy: of each column, the rounding of its printed digits as a proven bound, and what columns beside it state
     (name_std, name_lo with name_hi, ...); errors of measurement that the file does not state are listed as missing.
     """
-    found = existing(path)
-    if found.suffix.lower() not in _columns.SUFFIXES:
-        raise unreadable(found, _columns.SUFFIXES)
+    found = _columns.file_of(path)
     with reading(found):
         read = _columns.read(found)
     content = digest(found)
