@@ -14,7 +14,8 @@ from modules.mappers.contour import contour
 from modules.modellers.grid_points import Method, grid_points
 from modules.modellers.interpolate import interpolate
 from modules.modellers.triangulate import triangulate
-from modules.readers.scattered import peek, scattered as points
+from modules.readers.scattered import peek
+from modules.readers.scattered import scattered as points
 from modules.readers.table import table
 
 ROOT = Path(__file__).resolve().parents[2]
