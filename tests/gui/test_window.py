@@ -218,10 +218,10 @@ def test_a_broken_file_is_spoken_of_by_the_reader_of_its_kind(
 
 
 def test_a_file_that_nobody_reads_says_so(window: MainWindow, tmp_path: Path, qtbot: Any) -> None:
-    (tmp_path / "what.bin").write_bytes(b"\0" * 16)
+    (tmp_path / "what.thing").write_bytes(b"\0" * 16)
     with qtbot.waitSignal(window.session.message, timeout=10000) as said:
-        window.take([tmp_path / "what.bin"])
-    assert said.args[0] == "error" and "what.bin" in said.args[1]
+        window.take([tmp_path / "what.thing"])
+    assert said.args[0] == "error" and "what.thing" in said.args[1]
 
 
 def test_networks_and_our_pictures_are_opened(made: Path) -> None:
